@@ -70,7 +70,7 @@ double MeshSubject::brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const { r
 Mask MeshSubject::field_object() const {
   const MeshItem& item = *state_->session->scene_without_poses().find_mesh(state_->mesh);
   if (!item.has_field()) return {};
-  return mask_of(state_->volume.geometry(), item.field->box, item.field->object_voxels());
+  return item.field->object(state_->volume.geometry());
 }
 
 double MeshSubject::expected_dice() const {

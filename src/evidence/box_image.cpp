@@ -91,11 +91,10 @@ void smooth_by_least_spacing(std::vector<float>& values, const BoxGrid& grid, co
   smooth(values, grid, {mm / spacing_mm[0], mm / spacing_mm[1], mm / spacing_mm[2]}, run);
 }
 
-BoxImage cut_out(const Volume& volume, const VoxelBox& box, const RunJobs& run) {
-  BoxImage image{{box.size}, {}, {}};
-  const int n = image.grid.count();
-  image.value.resize(n);
-  image.finite.resize(n);
+namespace {
+
+/// Copies the voxels of a box.
+void copy_voxels(const Volume& volume, const VoxelBox& box, BoxImage& image, const RunJobs& run) {
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
     run(box.size[2], [&](int k) {
@@ -111,6 +110,83 @@ BoxImage cut_out(const Volume& volume, const VoxelBox& box, const RunJobs& run) 
       }
     });
   });
+}
+
+/// Voxels of a volume in a cell along an axis.
+struct CellVoxels {
+  int first, end;
+  double begin, stop;  ///< limits of the cell, voxels
+
+  CellVoxels(int index, double cell, int size)
+      : begin(index * cell), stop(std::min((index + 1) * cell, static_cast<double>(size))) {
+    first = std::min(static_cast<int>(begin), size - 1);
+    end = std::clamp(static_cast<int>(std::ceil(stop)), first + 1, size);
+  }
+  /// Part of a voxel in the cell.
+  float weight(int voxel) const {
+    return static_cast<float>(std::max(std::min(voxel + 1.0, stop) - std::max<double>(voxel, begin), 0.0));
+  }
+};
+
+/// Averages voxels over the cells of a box.
+void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& box, BoxImage& image,
+                   const RunJobs& run) {
+  const std::array<int, 3>& size = volume.geometry().size;
+  const VoxelBox voxels = voxels_around(box, cell, size);
+  std::vector<CellVoxels> columns;
+  for (int i = 0; i < box.size[0]; ++i) columns.emplace_back(box.first[0] + i, cell[0], size[0]);
+  visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    const std::span<const T> all = volume.voxels<T>();
+    run(box.size[2], [&](int k) {
+      const CellVoxels planes(box.first[2] + k, cell[2], size[2]);
+      std::vector<float> sum(voxels.size[0]), weight(voxels.size[0]);
+      for (int j = 0; j < box.size[1]; ++j) {
+        const CellVoxels rows(box.first[1] + j, cell[1], size[1]);
+        std::ranges::fill(sum, 0.0f);
+        std::ranges::fill(weight, 0.0f);
+        float whole = 0;
+        for (int z = planes.first; z < planes.end; ++z) {
+          for (int y = rows.first; y < rows.end; ++y) {
+            const T* const from = all.data() + volume.offset(voxels.first[0], y, z);
+            const float w = planes.weight(z) * rows.weight(y);
+            whole += w;
+            for (int x = 0; x < voxels.size[0]; ++x) {
+              const float value = static_cast<float>(from[x]);
+              const bool finite = std::isfinite(value);
+              sum[x] += finite ? w * value : 0.0f;
+              weight[x] += finite ? w : 0.0f;
+            }
+          }
+        }
+        const std::size_t row = box.offset(0, j, k);
+        for (int i = 0; i < box.size[0]; ++i) {
+          float total = 0, finite = 0, possible = 0;
+          for (int x = columns[i].first; x < columns[i].end; ++x) {
+            const float w = columns[i].weight(x);
+            total += w * sum[x - voxels.first[0]];
+            finite += w * weight[x - voxels.first[0]];
+            possible += w * whole;
+          }
+          const bool is_finite = finite > 0 && 2 * finite >= possible;
+          image.finite[row + i] = is_finite;
+          image.value[row + i] = is_finite ? total / finite : 0;
+        }
+      }
+    });
+  });
+}
+
+}  // namespace
+
+BoxImage cut_out(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
+  BoxImage image{{box.size}, {}, {}};
+  const int n = image.grid.count();
+  image.value.resize(n);
+  image.finite.resize(n);
+  if (cell == kVoxelCells)
+    copy_voxels(volume, box, image, run);
+  else
+    average_cells(volume, cell, box, image, run);
   // Percentiles of every s-th voxel.
   std::vector<float> sample;
   const int step = std::max(1, n / 200000) | 1;

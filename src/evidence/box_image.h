@@ -8,6 +8,7 @@
 
 #include "evidence/padded_array.h"
 #include "evidence/run_jobs.h"
+#include "image/cell_grid.h"
 #include "image/distance_map.h"
 #include "image/volume.h"
 
@@ -26,6 +27,8 @@ struct BoxImage {
   std::vector<float> value;          ///< 1st percentile of the box 0, 99th 1, clamped
   std::vector<std::uint8_t> finite;  ///< 0 where the volume is not; value is 0 there
 };
-BoxImage cut_out(const Volume& volume, const VoxelBox& box, const RunJobs& run);
+/// Image of a box of cells. The intensity of a cell is the mean of its finite voxels, weighted by their part in the
+/// cell; the cell is finite if they are at least half of it.
+BoxImage cut_out(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
 
 }  // namespace simplexseg

@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kWidestBlock = 4, kLeastBlocks = 8;  // voxels of a block; blocks along an axis
+constexpr int kLeastBlocks = 8;  // along an axis
 
 std::array<int, 3> width_for(const VolumeGeometry& volume, const BoxGrid& grid, double reach_mm,
                              const EvidenceSettings& settings) {

@@ -14,6 +14,8 @@
 
 namespace simplexseg {
 
+inline constexpr int kWidestBlock = 4;  ///< largest width of a block of the prior, cells
+
 /// The image in a box on blocks of voxels, as the prior sees it.
 struct CoarseImage {
   VoxelBlocks blocks;

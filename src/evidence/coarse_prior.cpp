@@ -12,11 +12,11 @@
 
 namespace simplexseg {
 
-CoarsePrior::CoarsePrior(const VolumeGeometry& geometry, RunJobs run, const EvidenceSettings& settings)
-    : volume_(geometry), run_(std::move(run)), settings_(settings) {}
+CoarsePrior::CoarsePrior(RunJobs run, const EvidenceSettings& settings) : run_(std::move(run)), settings_(settings) {}
 
-void CoarsePrior::set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm) {
-  coarse_ = coarse_image(volume_, image, first, reach_mm, settings_, run_);
+void CoarsePrior::set_box(const BoxImage& image, const VolumeGeometry& cells, const std::array<int, 3>& first,
+                          double reach_mm) {
+  coarse_ = coarse_image(cells, image, first, reach_mm, settings_, run_);
   walk_.assign(coarse_.blocks.coarse.count(), 0.0f);
 }
 

@@ -39,11 +39,11 @@ struct Prompts {
 /// see the image says when the field is solved, voxel by voxel.
 class CoarsePrior {
  public:
-  /// `geometry` is the volume's.
-  CoarsePrior(const VolumeGeometry& geometry, RunJobs run, const EvidenceSettings& settings);
+  CoarsePrior(RunJobs run, const EvidenceSettings& settings);
 
-  /// Of the image in a box whose first voxel is `first`, for an object of this scale.
-  void set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm);
+  /// Sets the image of a box of cells whose first cell is `first`, for an object of this scale. `cells`: grid of all
+  /// cells of the volume.
+  void set_box(const BoxImage& image, const VolumeGeometry& cells, const std::array<int, 3>& first, double reach_mm);
   /// Learns from the marks what each block is. `progress`: receives the end of FieldPhase::CoarsePrior; or null.
   void learn(const Prompts& said, UpdateProgress* progress = nullptr);
 
@@ -72,7 +72,6 @@ class CoarsePrior {
   std::vector<std::vector<float>> listed(const Features& features) const;
   void walk(const PriorInput& input);
 
-  VolumeGeometry volume_;
   RunJobs run_;
   EvidenceSettings settings_;
   CoarseImage coarse_;

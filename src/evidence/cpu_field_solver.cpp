@@ -3,12 +3,12 @@
 #include <cmath>
 #include <utility>
 
+#include "evidence/cell_resampling.h"
 #include "evidence/conductances.h"
 #include "evidence/field_solver.h"
 #include "evidence/field_voxel.h"
 #include "evidence/random_walker.h"
 #include "evidence/surface_layer.h"
-#include "image/voxel_rows.h"
 
 namespace simplexseg {
 namespace {
@@ -18,25 +18,26 @@ constexpr float unreached_mm = 1e6f;
 class CpuFieldSolver final : public FieldSolver {
  public:
   CpuFieldSolver(const Volume& volume, const RunJobs& run, const EvidenceSettings& settings)
-      : volume_(volume), run_(run), settings_(settings), coarse_(volume.geometry(), run_, settings_) {
-    for (int a = 0; a < 3; ++a) spacing_mm_[a] = volume_.geometry().spacing_mm[a];
-  }
+      : volume_(volume), run_(run), settings_(settings), coarse_(run_, settings_) {}
 
-  void set_box(const VoxelBox& box, double reach_mm) override {
-    if (box == box_ && reach_of_box_mm_ == reach_mm) return;
-    BoxImage image = cut_out(volume_, box, run_);
-    coarse_.set_box(image, box.first, reach_mm);
+  void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
+    const bool same_box = box == box_ && cell == cell_;
+    if (same_box && reach_of_box_mm_ == reach_mm) return;
+    BoxImage image = cut_out(volume_, cell, box, run_);
+    const VolumeGeometry cells = cell_geometry(volume_.geometry(), cell);
+    coarse_.set_box(image, cells, box.first, reach_mm);
     reach_of_box_mm_ = reach_mm;
-    if (box == box_) return;
+    if (same_box) return;
     put_work_away();
-    const VoxelBox old = box_;
-    box_ = box;
+    const CellResampling resampling(cell_, box_, cell, box);
+    cell_ = cell, cells_ = cells, box_ = box;
+    for (int a = 0; a < 3; ++a) spacing_mm_[a] = cells.spacing_mm[a];
     finite_ = image.finite;
     smoothed_ = image.value;
     image_ = std::move(image.value);
     smooth_by_least_spacing(smoothed_, image.grid, spacing_mm_, settings_.image_smoothing, run_);
-    move_into(box, old, solution_);
-    move_into(box, old, before_);
+    resample(resampling, solution_);
+    resample(resampling, before_);
   }
 
   void keep_before() override {
@@ -51,7 +52,7 @@ class CpuFieldSolver final : public FieldSolver {
     std::vector<std::uint8_t> was;
     was.reserve(places_mm.size());
     for (const Eigen::Vector3d& place : places_mm)
-      was.push_back(before_[nearest_voxel(volume_.geometry(), box_, place)] > kPreviousThreshold);
+      was.push_back(before_[nearest_voxel(cells_, box_, place)] > kPreviousThreshold);
     return was;
   }
   std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
@@ -59,7 +60,7 @@ class CpuFieldSolver final : public FieldSolver {
     std::vector<Before> all;
     all.reserve(places_mm.size());
     for (std::size_t p = 0; p < places_mm.size(); ++p) {
-      const std::vector<float> square = squared_distances(volume_.geometry(), box_, places_mm.subspan(p, 1), run_);
+      const std::vector<float> square = squared_distances(cells_, box_, places_mm.subspan(p, 1), run_);
       float least = unreached_mm * unreached_mm;
       for (std::size_t v = 0; v < before_.size(); ++v)
         if ((before_[v] > kPreviousThreshold) != (was[p] != 0)) least = std::min(least, square[v]);
@@ -68,8 +69,8 @@ class CpuFieldSolver final : public FieldSolver {
     return all;
   }
 
-  void set_constraints(std::span<const Mark> marks, const Mask* others) override {
-    known_ = constraint_mask(volume_.geometry(), box_, finite_, marks, others);
+  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
+    known_ = constraint_mask(cells_, box_, finite_, marks, others);
   }
 
   double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
@@ -96,11 +97,11 @@ class CpuFieldSolver final : public FieldSolver {
     });
     smooth_by_least_spacing(probability_, grid(), spacing_mm_, settings_.field_smoothing, run_);
     for_each_index(run_, n, [known = known_.data(), to = probability_.data()](int v) {
-      // smoothing must not take back what was said
-      if (known[v] == Constraint::Inside || known[v] == Constraint::Outside) to[v] = known[v] == Constraint::Inside;
+      // Restores the values in marks after the smoothing.
+      if (known[v] == Constraint::Inside || is_excluded(known[v])) to[v] = known[v] == Constraint::Inside;
     });
     object_ = object_of_field(probability_, known_, box_, run_);
-    return {solved.iterations, solved.error, object_.around, object_.border_share};
+    return {solved.iterations, solved.error, object_.around, object_.count, object_.border_share};
   }
 
   RefinedSurface refine_surface(const BandTerms& said) override {
@@ -108,14 +109,14 @@ class CpuFieldSolver final : public FieldSolver {
     put_work_away();
     refine_in_narrow_band(probability_, object_, known_, image_, before_, box_, spacing_mm_, said, settings_, run_);
     object_ = object_of_field(probability_, known_, box_, run_);
-    return {{0, 0, object_.around, object_.border_share}, expected};
+    return {{0, 0, object_.around, object_.count, object_.border_share}, expected};
   }
 
   std::span<const float> probability() const override { return probability_; }
   const FieldObject& object() const override { return object_; }
   std::span<const Constraint> known() const override { return known_; }
   std::vector<std::uint16_t> values(const FieldValue& value) const override {
-    return field_values(object_.voxels, probability_, box_, volume_.geometry(), value, run_);
+    return field_values(object_.voxels, probability_, box_, cells_, value, run_);
   }
   const CoarsePrior* prior() const override { return &coarse_; }
   Prompts prompts() const override { return {marks_, known_, before_, fresh_, scale_mm_[0], scale_mm_[1]}; }
@@ -137,13 +138,13 @@ class CpuFieldSolver final : public FieldSolver {
     const double taken = sum_over_indices(run_, n, [is](int v) { return static_cast<float>(is[v]); });
     return taken > 0 ? 2 * right / (taken + all) : 0;
   }
-  /// A value for each voxel of `old`, or none, becomes one of `box`, which holds it.
   template <class T>
-  static void move_into(const VoxelBox& box, const VoxelBox& old, std::vector<T>& values) {
+  void resample(const CellResampling& resampling, std::vector<T>& values) const {
     if (values.empty()) return;
-    std::vector<T> moved(box.voxel_count());
-    copy_into_outer(values.data(), old, moved.data(), box);
-    values = std::move(moved);
+    std::vector<T> resampled(box_.voxel_count());
+    for_each_index(run_, static_cast<int>(resampled.size()),
+                   [resampling, from = values.data(), to = resampled.data()](int v) { to[v] = resampling(v, from); });
+    values = std::move(resampled);
   }
   /// What an update alone needs, two thirds of its memory, is given back; the solution is where the next one starts.
   void put_work_away() {
@@ -176,9 +177,9 @@ class CpuFieldSolver final : public FieldSolver {
   const Volume& volume_;
   RunJobs run_;
   EvidenceSettings settings_;
-  std::array<double, 3> spacing_mm_;
-  double reach_of_box_mm_ = 0;        // with which the prior's blocks were made
-  std::vector<std::uint8_t> finite_;  // 0 where the image is not
+  std::array<double, 3> spacing_mm_{};  ///< of the cells
+  double reach_of_box_mm_ = 0;          // with which the prior's blocks were made
+  std::vector<std::uint8_t> finite_;    // 0 where the image is not
   std::vector<float> image_, smoothed_;
   std::vector<std::uint8_t> before_;  // field before the new marks, 1..255; 0: not known
   std::vector<Constraint> known_;

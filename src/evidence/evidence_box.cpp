@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence/coarse_image.h"
+
 namespace simplexseg {
 namespace {
+
+constexpr double kLeastCell = 1.3;  // voxels: in smaller cells, neighbours share most of their voxels
 
 /// `low` and `high`: indices, high included. The margin is a share of the largest extent, in mm, along all axes.
 VoxelBox with_margin(const Eigen::Array3d& low, const Eigen::Array3d& high, double share, double least_voxels,
@@ -48,6 +52,23 @@ VoxelBox box_around(const VoxelBox& a, const VoxelBox& b) {
     box.size[x] = std::max(a.first[x] + a.size[x], b.first[x] + b.size[x]) - box.first[x];
   }
   return box;
+}
+
+CellSize cell_size_for(const VoxelBox& voxels, const VolumeGeometry& volume, double reach_mm,
+                       const EvidenceSettings& settings) {
+  constexpr double kLargestPart = 0.93;  // of the block of the largest size that the prior allows, see width_for()
+  const double voxel_mm = volume.spacing_mm.minCoeff(), block_mm = kLargestPart * reach_mm / settings.least_reach;
+  const auto fits = [&](const CellSize& cell) {
+    return static_cast<double>(cells_around(voxels, cell, volume.size).voxel_count()) <= settings.max_cells;
+  };
+  if (fits(kVoxelCells)) return kVoxelCells;
+  for (int parts = kWidestBlock;; --parts) {
+    // Below one part, the blocks of the prior are larger than the scale of the object asks for.
+    const double cell_mm = parts > 0 ? block_mm / parts : block_mm * std::exp2(0.25 * (1 - parts));
+    CellSize cell;
+    for (int a = 0; a < 3; ++a) cell[a] = std::max(1.0, cell_mm / volume.spacing_mm[a]);
+    if (cell_mm > kLeastCell * voxel_mm && fits(cell)) return cell;
+  }
 }
 
 VoxelBox grow_around(const VoxelBox& box, const VoxelBox& object, const VolumeGeometry& geometry) {

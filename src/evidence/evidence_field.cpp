@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/error.h"
@@ -17,7 +19,8 @@ namespace {
 constexpr int most_growths = 12;
 constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
 constexpr double leak_share = 0.05;
-constexpr int kMostCutSides = 3;          // of the volume, by which an object can be cut at a corner
+constexpr double kLeastFill = 0.2;        // part of its bounding box that a spreading object fills; thin ones fill less
+constexpr int kMostCutSides = 3;          // of a box, by which an object can be cut at a corner
 constexpr double unsaid_corrections = 4;  // that count as half of either kind, before marks say which way they go
 constexpr double unsaid_marks = 10;       // by which where the surface was is half believed: it is rough at first
 
@@ -48,6 +51,15 @@ EvidenceField::EvidenceField(Volume volume, const RunJobs& run, const EvidenceSe
     : volume_(std::make_unique<Volume>(std::move(volume))), settings_(settings) {
   if (volume_->empty()) throw Error("the segmentation field", "no image is open", "open an image first");
   voxels_ = make(*volume_, run, settings_);
+  cells_ = volume_->geometry();
+}
+
+void EvidenceField::set_region(const VoxelBox& voxels) {
+  const VolumeGeometry& volume = volume_->geometry();
+  region_ = voxels;
+  cell_ = cell_size_for(voxels, volume, reach_mm_, settings_);
+  cells_ = cell_geometry(volume, cell_);
+  box_ = cells_around(voxels, cell_, volume.size);
 }
 
 const CoarsePrior& EvidenceField::prior() const {
@@ -55,7 +67,7 @@ const CoarsePrior& EvidenceField::prior() const {
   return *voxels_->prior();
 }
 
-void EvidenceField::check(std::span<const Mark> marks, const Mask* others) const {
+void EvidenceField::check(std::span<const Mark> marks) const {
   bool inside = false;
   for (std::size_t m = 0; m < marks.size(); ++m) {
     const Mark& mark = marks[m];
@@ -69,9 +81,6 @@ void EvidenceField::check(std::span<const Mark> marks, const Mask* others) const
     inside |= mark.kind != MarkKind::Outside;
   }
   if (!inside) throw Error("the marks", "none lies inside the object", "place a seed or an inside mark in the object");
-  if (others &&
-      (others->geometry.size != volume_->geometry().size || others->voxels.size() != volume_->geometry().voxel_count()))
-    throw Error("the other objects", "they are not on the grid of the image", "resample them onto it");
 }
 
 void EvidenceField::remember(std::span<const Mark> marks) {
@@ -105,7 +114,7 @@ void EvidenceField::look_back() {
 EvidenceField::Correction EvidenceField::correction_of(const Mark& mark, const FieldSolver::Before& before) const {
   const bool was = before.object;
   if (mark.kind == (was ? MarkKind::Inside : MarkKind::Outside)) return {};
-  const double voxel = volume_->geometry().spacing_mm.minCoeff(), depth = before.depth_mm;
+  const double voxel = cells_.spacing_mm.minCoeff(), depth = before.depth_mm;
   const bool boundary = mark.kind == MarkKind::Boundary;
   // A dot is in the middle of what was wrong, a boundary mark at its end.
   if (depth > (boundary ? 2 : 1) * settings_.surface_layer * voxel) return {0, 0, depth};
@@ -123,15 +132,14 @@ BandTerms EvidenceField::band_terms() const {
   if (settings_.surface_memory == 0 && settings_.surface_pull == 0) return said;
   const auto marks = static_cast<double>(marks_.size());
   said.temporal_weight = settings_.surface_memory * marks / (marks + unsaid_marks);
-  const VolumeGeometry& geometry = volume_->geometry();
   for (std::size_t m = fresh_; m < marks_.size(); ++m) {
     const Correction& correction = corrections_[m];
     if (correction.out_mm == 0 && correction.deep_mm == 0) continue;
     SurfaceMove& move = said.moves.emplace_back();
-    const Eigen::Vector3d index = geometry.index_from_world() * marks_[m].position_mm;
+    const Eigen::Vector3d index = cells_.index_from_world() * marks_[m].position_mm;
     for (int a = 0; a < 3; ++a)
-      move.at_mm[a] = static_cast<float>((index[a] - voxels_->box().first[a]) * geometry.spacing_mm[a]);
-    move.out_voxels = static_cast<float>(correction.out_mm / geometry.spacing_mm.minCoeff());
+      move.at_mm[a] = static_cast<float>((index[a] - voxels_->box().first[a]) * cells_.spacing_mm[a]);
+    move.out_voxels = static_cast<float>(correction.out_mm / cells_.spacing_mm.minCoeff());
     move.deep_mm = static_cast<float>(correction.deep_mm);
   }
   return said;
@@ -143,13 +151,16 @@ void EvidenceField::measure_reach(std::span<const Mark> marks) {
     if (mark.kind != MarkKind::Outside && mark.radius_mm > largest.radius_mm) largest = mark;
   if (largest == largest_) return;
   largest_ = largest;
-  reach_mm_ = largest.kind == MarkKind::Inside ? seed_reach_mm(*volume_, largest.position_mm, largest.radius_mm)
-                                               : largest.radius_mm;
+  const SeedScale scale = largest.kind == MarkKind::Inside
+                              ? seed_scale(*volume_, largest.position_mm, largest.radius_mm)
+                              : SeedScale{largest.radius_mm, false};
+  reach_mm_ = scale.reach_mm;
+  has_wall_ = scale.has_wall;
 }
 
 std::optional<Eigen::Vector3d> EvidenceField::middle_of_wrong(const Mark& mark, bool inside) const {
   constexpr double step_voxels = 0.25;
-  const double voxel = volume_->geometry().spacing_mm.minCoeff();
+  const double voxel = cells_.spacing_mm.minCoeff();
   const Eigen::Vector3d way = (inside ? -voxel : voxel) * mark.outward.normalized();
   std::vector<double> far;
   std::vector<Eigen::Vector3d> places;
@@ -199,25 +210,38 @@ void EvidenceField::take(const FieldSolver::Solved& solved) {
   report_.iterations = solved.iterations;
   report_.error = solved.error;
   around_ = solved.around;
+  object_mm3_ = static_cast<double>(solved.count) * cells_.spacing_mm.prod();
+  border_share_ = solved.border_share;
 }
 
-void EvidenceField::update(std::span<const Mark> marks, const Mask* others, const ReportProgress& report) {
-  check(marks, others);
+bool EvidenceField::spreads(const VoxelBox& grown) const {
+  const double ball_mm3 = 4 * std::numbers::pi / 3 * std::pow(reach_mm_, 3);
+  const double box_mm3 = static_cast<double>(around_.voxel_count()) * cells_.spacing_mm.prod();
+  if (!has_wall_ || object_mm3_ <= settings_.max_volume * ball_mm3 || object_mm3_ < kLeastFill * box_mm3) return false;
+  int moved = 0;
+  for (int a = 0; a < 3; ++a) {
+    moved += grown.first[a] < box_.first[a];
+    moved += grown.first[a] + grown.size[a] > box_.first[a] + box_.size[a];
+  }
+  return border_share_ >= leak_share || moved > kMostCutSides;
+}
+
+void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> others, const ReportProgress& report) {
+  check(marks);
   UpdateProgress& progress = voxels_->progress();
   progress.start(report);
-  const VolumeGeometry& geometry = volume_->geometry();
+  const VolumeGeometry& volume = volume_->geometry();
   measure_reach(marks);
-  VoxelBox box =
-      box_around(voxels_->box(), box_around_marks(marks, geometry, settings_.margin_share, settings_.least_margin));
+  set_region(box_around(region_, box_around_marks(marks, volume, settings_.margin_share, settings_.least_margin)));
   report_ = {};
   remember(marks);
   // Rough fields let the box grow; once it no longer does the field is solved to the end, which may show it more. One
   // that held the object the last time mostly does.
   const double rough = std::max(growing_tolerance, settings_.tolerance);
-  double tolerance = box == voxels_->box() ? settings_.tolerance : rough;
+  double tolerance = box_ == voxels_->box() ? settings_.tolerance : rough;
   const auto solve_in_box = [&] {
     progress.begin_pass(!(settings_.tolerance < tolerance));
-    voxels_->set_box(box, reach_mm_);
+    voxels_->set_box(cell_, box_, reach_mm_);
     look_back();
     voxels_->set_constraints(marks_, others);
     progress.advance(FieldPhase::Constraints);
@@ -226,11 +250,19 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others, cons
     take(voxels_->solve(tolerance, false));
     progress.advance(FieldPhase::Walker);
   };
+  VoxelBox before_growth = region_;
   const auto grows = [&] {
-    if (around_.voxel_count() == 0 || report_.growths == most_growths) return false;
-    const VoxelBox grown = grow_around(box, around_, geometry);
-    if (grown.first == box.first && grown.size == box.size) return false;
-    box = grown;
+    if (report_.stopped || around_.voxel_count() == 0 || report_.growths == most_growths) return false;
+    const VoxelBox grown = grow_around(box_, around_, cells_);
+    if (grown == box_) return false;
+    if (spreads(grown)) {
+      report_.stopped = true;
+      if (report_.growths == 0) return false;
+      set_region(before_growth);
+      return true;
+    }
+    before_growth = region_;
+    set_region(voxels_around(grown, cell_, volume.size));
     tolerance = rough;
     ++report_.growths;
     return true;
@@ -248,15 +280,24 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others, cons
   progress.advance(FieldPhase::Surface);
   report_.expected_dice = settled.expected_dice;  // of what there was before: looks are surer than they are right
   around_ = settled.found.around;
-  report_.leaks = around_.voxel_count() > 0 && settled.found.border_share >= leak_share &&
-                  reaches_sides(around_, box, geometry, kNearSide * geometry.spacing_mm.minCoeff());
+  report_.leaks = report_.stopped || (around_.voxel_count() > 0 && settled.found.border_share >= leak_share &&
+                                      reaches_sides(around_, box_, cells_, kNearSide * cells_.spacing_mm.minCoeff()));
 }
 
-Mask EvidenceField::object() const { return mask_of(volume_->geometry(), box(), object_in_box().voxels); }
+Mask EvidenceField::object() const {
+  if (cell_ == kVoxelCells) return mask_of(volume_->geometry(), box(), object_in_box().voxels);
+  constexpr float kScale = std::numeric_limits<std::uint16_t>::max(), kMargin = kThresholdMargin * kScale;
+  const std::span<const float> p = probability();
+  const std::vector<std::uint8_t>& object = object_in_box().voxels;
+  std::vector<std::uint16_t> values(object.size());
+  for (std::size_t v = 0; v < values.size(); ++v)
+    values[v] = static_cast<std::uint16_t>(object[v] ? std::max(kScale * p[v], 0.5f * kScale + kMargin)
+                                                     : std::min(kScale * p[v], 0.5f * kScale - kMargin));
+  return mask_above(volume_->geometry(), cell_, box(), values, 0.5f * kScale);
+}
 
 double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const {
-  return brush_radius_mm(volume_->geometry(), box(), object_in_box().voxels, voxels_->known(), kind, position_mm,
-                         settings_);
+  return brush_radius_mm(cells_, box(), object_in_box().voxels, voxels_->known(), kind, position_mm, settings_);
 }
 
 std::size_t EvidenceField::bytes() const { return voxels_->bytes(); }

@@ -30,20 +30,26 @@ class EvidenceField {
 
   /// Solves the field for these marks, in the order in which they were made. Marks added since the last update change
   /// what is near them more than what is far away; with marks taken back or moved that were heard before those, all is
-  /// solved as if they were the first. `others`: voxels of other objects on the
-  /// volume's grid, outside for this one, or null. Throws Error without an inside or boundary mark, for a radius or a
-  /// direction out of range, a mark outside of the volume, or `others` on another grid. `report`: receives the
-  /// completed fraction on this thread. It increases and stays below 1: the last phase is values().
-  void update(std::span<const Mark> marks, const Mask* others = nullptr, const ReportProgress& report = {});
+  /// solved as if they were the first. `others`: inside marks of other objects, which are constraints of the solver
+  /// and have no effect on the prior. Throws Error without an inside or boundary mark, for a radius or a direction out
+  /// of range, or for a mark outside the volume. `report`: receives the completed fraction on this thread. It increases
+  /// and stays below 1: the last phase is values().
+  void update(std::span<const Mark> marks, std::span<const Mark> others = {}, const ReportProgress& report = {});
 
   struct Report {
     int iterations = 0;  ///< of the solver, the last time
     int growths = 0;     ///< of the box in the last update
     double error = 0;    ///< bound of the field's error at which the solver stopped
     double beta = 0;     ///< sharpness of the conductances
-    /// Whether the object spreads: it is a twentieth or more of the voxels near the sides of the largest box, and near
-    /// a side beyond which the volume continues or near four sides of the volume. An object that the volume cuts is
-    /// near at most three.
+    /// Whether growth stopped because the object spread: it filled 5% of the sides of the box or came near four sides,
+    /// filled a fifth of its bounding box, and had more than EvidenceSettings::max_volume times the volume of a ball of
+    /// its scale, which seed_scale() found by edges around the seed. A seed without edges nearby is small in its object
+    /// and sets no limit. The field is then that of the last
+    /// smaller box, which later marks may enlarge.
+    bool stopped = false;
+    /// Whether the object spreads: growth stopped, or the object is a twentieth or more of the voxels near the sides of
+    /// the largest box, and near a side beyond which the volume continues or near four sides of the volume. An object
+    /// that the volume cuts is near at most three.
     bool leaks = false;
     /// Dice of object() with the true object, as far as the field knew before its surface settled: each voxel being the
     /// true object's with its probability, 2 sum(P in the object) / (voxels of the object + sum(P)); 0 without an
@@ -52,13 +58,15 @@ class EvidenceField {
   };
   const Report& report() const { return report_; }
 
-  /// Where the field is, in the volume's indices; the field, i fastest. Outside of the box it is 0.
+  /// Cells on which the field is solved: voxels, or larger where the box has more than EvidenceSettings::max_cells.
+  const CellSize& cell() const { return cell_; }
+  /// Box of cells of the field; the field, i fastest. It is 0 outside the box.
   const VoxelBox& box() const { return voxels_->box(); }
   std::span<const float> probability() const { return voxels_->probability(); }
   /// The same as object(), of the box alone.
   const FieldObject& object_in_box() const { return voxels_->object(); }
   /// The object: above 0.5, connected to an inside mark, without holes but those with an outside mark in them. On the
-  /// volume's grid.
+  /// volume's grid, interpolated between cells.
   Mask object() const;
   /// field_values() of the box.
   std::vector<std::uint16_t> values(const FieldValue& value) const { return voxels_->values(value); }
@@ -74,7 +82,9 @@ class EvidenceField {
   std::size_t bytes() const;
 
  private:
-  void check(std::span<const Mark> marks, const Mask* others) const;
+  void check(std::span<const Mark> marks) const;
+  /// Sets the region of interest (a box of voxels) and the cells on which it is solved, which never become smaller.
+  void set_region(const VoxelBox& voxels);
   void remember(std::span<const Mark> marks);
   /// What a new mark found to be wrong with the field before.
   struct Correction {
@@ -93,6 +103,8 @@ class EvidenceField {
   /// out; nothing where it was right there. That is what the mark corrects, as a mark of that kind would.
   std::optional<Eigen::Vector3d> middle_of_wrong(const Mark& mark, bool inside) const;
   void take(const FieldSolver::Solved& solved);
+  /// Whether the object is so large and so near the sides of the box that only a leak explains it.
+  bool spreads(const VoxelBox& grown) const;
 
   std::unique_ptr<Volume> volume_;  // where it is, voxels_ knows
   EvidenceSettings settings_;
@@ -100,10 +112,16 @@ class EvidenceField {
   std::vector<Mark> marks_;                  // of the last update
   std::vector<Correction> corrections_;      // of each of them, when it was new
   Mark largest_;                             // of the inside marks
-  double reach_mm_ = 0;                      // what it says about the object's scale
+  double reach_mm_ = 0;                      // object scale (seed_scale())
+  bool has_wall_ = false;                    // whether the image has an edge around the mark (seed_scale())
   std::size_t fresh_ = 0;                    // the first mark that was new when the field before was the field
   std::vector<FieldSolver::Before> before_;  // of the marks from there on; none where no field before is known
-  VoxelBox around_{};                        // the object
+  VoxelBox region_{};                        // box of voxels
+  CellSize cell_ = kVoxelCells;
+  VolumeGeometry cells_;  // grid of all cells of the volume
+  VoxelBox box_{};        // cells of the region
+  VoxelBox around_{};     // smallest box of cells around the object
+  double object_mm3_ = 0, border_share_ = 0;
   Report report_;
 };
 

@@ -40,6 +40,10 @@ struct EvidenceSettings {
   // ---- Box: margin about the marks, the larger of a share of their extent and of so many voxels
   double margin_share = 0.5;
   double least_margin = 10;
+  /// Growth of the box stops where the object fills or nears its sides and has this volume, in balls of the object's scale. Of
+  /// 85 reference objects (docs/results/clinical-size.md), 90% have less than 13.
+  double max_volume = 16;
+  double max_cells = 2.2e6;  ///< largest number of cells of a box; larger boxes have larger cells
 
   // ---- Surface: where in a layer about it what voxels look like on either side says that it is
   double surface_layer = 2;       ///< half the layer's thickness, voxels; 0: the surface stays where the field says

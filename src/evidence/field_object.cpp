@@ -13,7 +13,7 @@ namespace {
 /// What is counted in one plane of the box.
 struct PartOfObject {
   std::array<int, 3> low{INT_MAX, INT_MAX, INT_MAX}, high{-1, -1, -1};
-  std::size_t near = 0, near_object = 0;
+  std::size_t count = 0, near = 0, near_object = 0;
 };
 
 /// Sets the object's voxels of a plane: those that are not open.
@@ -23,7 +23,10 @@ PartOfObject close_plane(std::span<const std::uint8_t> open, std::span<std::uint
   for (int j = 0; j < box.size[1]; ++j) {
     const int width = box.size[0], row_to_side = std::min({j, k, box.size[1] - 1 - j, box.size[2] - 1 - k});
     const std::size_t row = box.offset(0, j, k);
-    for (int i = 0; i < width; ++i) object[row + i] = !open[row + i];
+    for (int i = 0; i < width; ++i) {
+      object[row + i] = !open[row + i];
+      part.count += object[row + i];
+    }
     const auto count = [&](int first, int end) {
       part.near += end - first;
       for (int i = first; i < end; ++i) part.near_object += object[row + i];
@@ -57,7 +60,7 @@ FieldObject object_of_field(std::span<const float> field, std::span<const Constr
   run(planes, [&](int k) {
     for (int v = k * plane; v < (k + 1) * plane; ++v) {
       open[v] = !object.voxels[v];
-      start[v] = known[v] == Constraint::Outside;
+      start[v] = is_excluded(known[v]);
     }
     for (int j = 0; j < box.size[1]; ++j) {
       const auto row = start.begin() + static_cast<std::ptrdiff_t>(box.offset(0, j, k));
@@ -74,6 +77,7 @@ FieldObject object_of_field(std::span<const float> field, std::span<const Constr
   std::array<int, 3> low = box.size, high{-1, -1, -1};
   std::size_t near = 0, near_object = 0;
   for (const PartOfObject& part : parts) {
+    object.count += part.count;
     near += part.near;
     near_object += part.near_object;
     for (int a = 0; a < 3; ++a) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,6 +19,7 @@ inline constexpr int kNearSide = 4;
 struct FieldObject {
   std::vector<std::uint8_t> voxels;  ///< of the box, 0 or 1
   VoxelBox around{};                 ///< the smallest box about them, in the volume's indices; size 0 without any
+  std::size_t count = 0;             ///< number of voxels of the object
   double border_share = 0;           ///< of the voxels within four of a side of the box, how many are of the object
 };
 FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> known, const VoxelBox& box,

@@ -16,20 +16,21 @@
 #include "evidence/run_jobs.h"
 #include "evidence/surface_voxel.h"
 #include "evidence/update_progress.h"
-#include "image/mask.h"
+#include "image/cell_grid.h"
 #include "image/volume.h"
 
 namespace simplexseg {
 
-/// The voxels of an evidence field's box, and what is done with them, one step after the other. EvidenceField says what
-/// and when; it knows the marks. Lengths in mm. The volume outlives it.
+/// Solver of an evidence field on a box of cells, which are voxels or blocks of voxels of the volume
+/// (image/cell_grid.h). EvidenceField determines the box and the order of the steps. Lengths in mm. The volume outlives
+/// the solver.
 class FieldSolver {
  public:
   virtual ~FieldSolver() = default;
 
-  /// Goes on in this box, which holds the one before, for an object of this scale. The field, and the one before the
-  /// new marks, are taken along.
-  virtual void set_box(const VoxelBox& box, double reach_mm) = 0;
+  /// Sets the grid of cells and the box, for an object of this scale. The present and the previous field are resampled
+  /// to it; the present one is 0 and the previous one unknown outside the box before.
+  virtual void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) = 0;
   const VoxelBox& box() const { return box_; }
 
   /// The field as it is becomes the one before the marks that are new now; or none is known.
@@ -45,8 +46,8 @@ class FieldSolver {
   /// The same, and how deep each place lies there.
   virtual std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const = 0;
 
-  /// Sets the constraint mask from the marks and from the voxels of other objects (or null).
-  virtual void set_constraints(std::span<const Mark> marks, const Mask* others) = 0;
+  /// Sets the constraint mask from the marks and from inside marks of other objects.
+  virtual void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) = 0;
   /// Learns the prior from them; returns the sharpness beta of the conductances. `fresh`: what the new marks say beside
   /// the field before; `reach_mm`, `radius_mm`: of the largest inside mark (Prompts).
   virtual double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
@@ -55,6 +56,7 @@ class FieldSolver {
     int iterations = 0;
     double error = 0;
     VoxelBox around{};        ///< FieldObject
+    std::size_t count = 0;    ///< FieldObject
     double border_share = 0;  ///< FieldObject
   };
   /// Solves the field and finds its object. `further`: to a smaller tolerance than the last time, nothing having
@@ -82,7 +84,9 @@ class FieldSolver {
   UpdateProgress& progress() { return progress_; }
 
  protected:
-  VoxelBox box_{};
+  CellSize cell_ = kVoxelCells;
+  VolumeGeometry cells_;  ///< grid of all cells of the volume
+  VoxelBox box_{};        ///< of cells
 
  private:
   UpdateProgress progress_;

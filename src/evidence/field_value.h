@@ -11,6 +11,9 @@
 
 namespace simplexseg {
 
+/// Smallest difference between the probability of a cell and 0.5. Keeps the surface away from the centres of cells.
+inline constexpr float kThresholdMargin = 0.05f;
+
 /// What the field of a mesh keeps of a voxel (FieldBox in src/forces/step_view.h): P(object), brought onto the
 /// side of the middle that the voxel is on, and far from the object what tells how far.
 struct FieldValue {

@@ -38,7 +38,7 @@ Eigen::Vector3d ball_offset(const Mark& mark) {
 
 std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const VoxelBox& box,
                                         std::span<const std::uint8_t> finite, std::span<const Mark> marks,
-                                        const Mask* others) {
+                                        std::span<const Mark> others) {
   std::vector<Constraint> known(box.voxel_count(), Constraint::None);
   const SideOfBox side(box, geometry.size);
   for (int k = 0; k < box.size[2]; ++k) {
@@ -46,24 +46,20 @@ std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const Vo
       const std::size_t row = box.offset(0, j, k);
       const bool at_side = j == 0 || k == 0 || j == box.size[1] - 1 || k == box.size[2] - 1;
       for (int i = 0; i < box.size[0]; i += at_side ? 1 : std::max(1, box.size[0] - 1)) known[row + i] = side(i, j, k);
-      if (others) {
-        const std::uint8_t* const other =
-            others->voxels.data() +
-            (std::size_t(k + box.first[2]) * geometry.size[1] + j + box.first[1]) * geometry.size[0] + box.first[0];
-        for (int i = 0; i < box.size[0]; ++i)
-          if (other[i]) known[row + i] = Constraint::Outside;
-      }
     }
   }
   for (std::size_t v = 0; v < finite.size(); ++v)
     if (!finite[v]) known[v] = Constraint::NotFinite;
-  paint_marks(geometry, box, marks, known);
+  paint_marks(geometry, box, marks, known, others);
   return known;
 }
 
-std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box,
-                                       std::span<const Mark> marks) {
+std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
+                                       std::span<const Mark> others) {
   std::vector<PaintedBall> balls;
+  balls.reserve(others.size() + 2 * marks.size());
+  for (const Mark& other : others)
+    balls.push_back(painted(geometry, box, other.position_mm, other.radius_mm, Constraint::OtherObject));
   for (const Mark& mark : marks) {
     const Eigen::Vector3d step = ball_offset(mark);
     if (mark.kind != MarkKind::Outside)
@@ -82,13 +78,13 @@ SideOfBox::SideOfBox(const VoxelBox& box, const std::array<int, 3>& volume_size)
 }
 
 void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
-                 std::vector<Constraint>& known) {
-  for (const PaintedBall& ball : painted_balls(geometry, box, marks)) {
+                 std::vector<Constraint>& known, std::span<const Mark> others) {
+  for (const PaintedBall& ball : painted_balls(geometry, box, marks, others)) {
     for (int k = ball.low[2]; k <= ball.high[2]; ++k) {
       for (int j = ball.low[1]; j <= ball.high[1]; ++j) {
         for (int i = ball.low[0]; i <= ball.high[0]; ++i) {
           Constraint& at = known[box.offset(i, j, k)];
-          if (ball.holds(i, j, k) && at != Constraint::NotFinite) at = ball.value;
+          if (ball.holds(i, j, k)) at = ball.over(at);
         }
       }
     }

@@ -10,7 +10,6 @@
 #include "evidence/marks.h"
 #include "evidence/run_jobs.h"
 #include "image/distance_map.h"
-#include "image/mask.h"
 #include "image/volume.h"
 
 namespace simplexseg {
@@ -20,25 +19,31 @@ enum class Constraint : std::uint8_t {
   None,
   Inside,
   Outside,
-  FarBorder,   ///< side of the box within the volume: outside
-  VolumeEdge,  ///< side of the box that is the volume's: outside for the solver, though an object may be cut there
-  NotFinite,   ///< conducts nothing; outside
+  FarBorder,    ///< side of the box within the volume: outside
+  VolumeEdge,   ///< side of the box that is the volume's: outside for the solver, though an object may be cut there
+  OtherObject,  ///< in an inside mark of another object: outside for the solver, without effect on the prior
+  NotFinite,    ///< conducts nothing; outside
 };
 
 /// Whether the field of the voxel is fixed (Dirichlet condition) rather than solved.
 constexpr bool is_dirichlet(Constraint constraint) { return constraint != Constraint::None; }
+
+/// Whether the voxel lies in a mark that excludes it from the object: an outside mark, or a mark of another object.
+constexpr bool is_excluded(Constraint constraint) {
+  return constraint == Constraint::Outside || constraint == Constraint::OtherObject;
+}
 
 /// From a boundary mark to its outside ball, mm; its inside ball lies as far on the other side. The two touch at the
 /// mark: with a gap between them what a mark says of the layer beside it, which is what was wrong, is little. 0 for
 /// other marks.
 Eigen::Vector3d ball_offset(const Mark& mark);
 
-/// All voxels of a box, later marks over earlier ones, marks over `others` (objects of others on the volume's grid, or
-/// null) and over the box's sides. `finite`: 0 where the image is not; empty: it is everywhere. A mark holds the voxels
-/// whose centres lie in its ball, and the nearest one.
+/// Constraints of all voxels of a box: later marks replace earlier ones, and marks replace those of `others` (inside
+/// marks of other objects) and the sides of the box. `finite`: 0 where the image is not finite; empty: it is
+/// finite everywhere. A mark holds the voxels whose centres lie in its ball, and the nearest one.
 std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const VoxelBox& box,
                                         std::span<const std::uint8_t> finite, std::span<const Mark> marks,
-                                        const Mask* others);
+                                        std::span<const Mark> others);
 
 /// Ball of a mark on the grid of a box.
 struct PaintedBall {
@@ -56,10 +61,15 @@ struct PaintedBall {
                  c = mm[2][0] * x + (mm[2][1] * y + mm[2][2] * z);
     return std::sqrt(a * a + (b * b + c * c)) <= radius_mm;
   }
+  /// Constraint of a voxel that the ball holds and that had the constraint `at` without it.
+  SIMPLEXSEG_HD Constraint over(Constraint at) const {
+    if (at == Constraint::NotFinite || (value == Constraint::OtherObject && at != Constraint::None)) return at;
+    return value;
+  }
 };
-/// In the order of the marks.
-std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box,
-                                       std::span<const Mark> marks);
+/// Balls of `others`, then of the marks, in their order.
+std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
+                                       std::span<const Mark> others = {});
 
 /// FarBorder, VolumeEdge or None: what is known of a voxel of a box by where it lies alone.
 struct SideOfBox {
@@ -80,9 +90,9 @@ struct SideOfBox {
   }
 };
 
-/// Their marks alone, over what is known.
+/// Sets the voxels of the marks, and before them those of `others`, except for voxels that are not finite.
 void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
-                 std::vector<Constraint>& known);
+                 std::vector<Constraint>& known, std::span<const Mark> others = {});
 
 /// For every voxel of a box the square of the distance, in mm, to the nearest of these places; 1e12 without any.
 std::vector<float> squared_distances(const VolumeGeometry& geometry, const VoxelBox& box,

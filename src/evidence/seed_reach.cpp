@@ -61,7 +61,7 @@ struct Rays {
 
 }  // namespace
 
-double seed_reach_mm(const Volume& volume, const Eigen::Vector3d& centre_mm, double radius_mm) {
+SeedScale seed_scale(const Volume& volume, const Eigen::Vector3d& centre_mm, double radius_mm) {
   const double step = std::max(kLeastStepVoxels * volume.geometry().spacing_mm.minCoeff(), radius_mm / kLeastSteps);
   const Rays rays(volume, centre_mm, step, std::max(1, static_cast<int>(kFarthest * radius_mm / step)));
   std::vector<double> finite, inner;
@@ -70,7 +70,7 @@ double seed_reach_mm(const Volume& volume, const Eigen::Vector3d& centre_mm, dou
     finite.push_back(rays.met[m]);
     if (static_cast<double>(m % rays.steps) * step <= kInner * radius_mm) inner.push_back(rays.met[m]);
   }
-  if (inner.empty()) return radius_mm;
+  if (inner.empty()) return {radius_mm, false};
   const double middle = quantile(inner, 0.5);
   for (double& x : inner) x = std::fabs(x - middle);
   const double range = quantile(finite, 0.99) - quantile(finite, 0.01);
@@ -78,9 +78,9 @@ double seed_reach_mm(const Volume& volume, const Eigen::Vector3d& centre_mm, dou
   std::array<double, 2> radii;
   for (std::size_t k = 0; k < radii.size(); ++k)
     radii[k] = rays.wall(middle, kDeviations[k] * deviation) * step / radius_mm;
-  if (radii[1] > kSameWall * radii[0] || radii[1] > 0.95 * kFarthest) return radius_mm;
+  if (radii[1] > kSameWall * radii[0] || radii[1] > 0.95 * kFarthest) return {radius_mm, false};
   const double reach = kCare * std::sqrt(radii[0] * radii[1]);
-  return reach < kClear ? radius_mm : std::min(reach, kMost) * radius_mm;
+  return {reach < kClear ? radius_mm : std::min(reach, kMost) * radius_mm, true};
 }
 
 }  // namespace simplexseg

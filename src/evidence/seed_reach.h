@@ -6,11 +6,15 @@
 
 namespace simplexseg {
 
-/// Radius (mm) of about the largest ball that an object holds, from a smaller one inside it: along rays out of its
-/// centre, how far it is to the first place that differs from the inner part of the ball by several of its own
-/// deviations, of the nearest fifth of the rays the farthest. Where it is not the same wall for two such limits, and
-/// for a ball that is large enough, the ball's own radius; at most twice that. Users do not draw the largest ball, and
-/// the field takes the scale of an object from it.
-double seed_reach_mm(const Volume& volume, const Eigen::Vector3d& centre_mm, double radius_mm);
+/// Scale of an object, estimated from a ball inside it.
+struct SeedScale {
+  double reach_mm;  ///< radius of about the largest ball that the object contains, mm
+  bool has_wall;    ///< whether the image has clear edges within three radii of the ball
+};
+/// Estimates the scale by rays from the centre of the ball: the distance to the first place that differs from the inner
+/// part of the ball by several of its standard deviations, the 20% quantile over the rays. It is the radius of the ball
+/// if two such limits give different distances or the ball is about as large, and at most twice that radius. Users do
+/// not draw the largest ball.
+SeedScale seed_scale(const Volume& volume, const Eigen::Vector3d& centre_mm, double radius_mm);
 
 }  // namespace simplexseg

@@ -107,14 +107,18 @@ SIMPLEXSEG_HD Real<I> mean_edge_at(const StepView& v, I i) {
 
 /// Gain of the evidence from a field: P >= (1 + 1/gain) / 2 is evidence 1 for the object.
 inline constexpr float kFieldGain = 2;
-/// Change of P per voxel below which the field is flat and does not locate the surface.
+/// Change of P per cell below which the field is flat and does not locate the surface.
 inline constexpr float kFlatField = 0.02f;
 
-/// Field of a mesh as a separate volume, in which the first voxel of the box has index 0.
+/// Field of a mesh as a separate volume, in which the first cell of the box has index 0. Only the linear part of its
+/// index_from_world is valid.
 SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
   VolumeView view = v.volume;
   view.voxels = v.fields + m.field.offset;
-  for (int a = 0; a < 3; ++a) view.size[a] = m.field.size[a];
+  for (int a = 0; a < 3; ++a) {
+    view.size[a] = m.field.size[a];
+    for (int c = 0; c < 3; ++c) view.index_from_world[4 * a + c] *= m.field.scale[a];
+  }
   return view;
 }
 
@@ -123,8 +127,7 @@ SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
 template <class R>
 SIMPLEXSEG_HD Vec3Of<R> vector_to_object(const StepView& v, const MeshConstants& m, Vec3Of<R> at, R max_mm) {
   const VolumeView field = field_view(v, m);
-  const Vec3 first = m.field.first_voxel();
-  Vec3Of<R> p = at - Vec3Of<R>{first.x, first.y, first.z};
+  Vec3Of<R> p = m.field.index(at);
   // Clamps the position to the box.
   p = {smaller(larger(p.x, R(0.0f)), R(m.field.size[0] - 1.0f)),
        smaller(larger(p.y, R(0.0f)), R(m.field.size[1] - 1.0f)),
@@ -132,8 +135,8 @@ SIMPLEXSEG_HD Vec3Of<R> vector_to_object(const StepView& v, const MeshConstants&
   const CellOf<R> c = cell_at(field, p);
   const CornersOf<R> q = LinearVoxels<std::uint16_t>(field).corners(c);
   const Vec3Of<R> ascent = gradient(field, q, c);
-  const R size = norm(ascent), distance_voxels = larger(kFieldFloor - interpolate(q, c), R(0.0f)) / kFieldFall;
-  return choose(size > 0.0f, (smaller((distance_voxels + 1.0f) * m.voxel_mm, max_mm) / size) * ascent,
+  const R size = norm(ascent), distance_cells = larger(kFieldFloor - interpolate(q, c), R(0.0f)) / kFieldFall;
+  return choose(size > 0.0f, (smaller((distance_cells + 1.0f) * m.field.cell_mm, max_mm) / size) * ascent,
                 Vec3Of<R>{0, 0, 0});
 }
 
@@ -151,13 +154,12 @@ struct SearchLine {
 template <class R>
 SIMPLEXSEG_HD SearchLine<R> field_search_line(const StepView& v, const MeshConstants& m, Vec3Of<R> at, Vec3Of<R> n) {
   const VolumeView field = field_view(v, m);
-  const Vec3 first = m.field.first_voxel();
-  const CellOf<R> c = cell_at(field, at - Vec3Of<R>{first.x, first.y, first.z});
+  const CellOf<R> c = cell_at(field, m.field.index(at));
   const Vec3Of<R> descent = -1.0f * gradient(field, LinearVoxels<std::uint16_t>(field).corners(c), c);
   const R size = norm(descent);
   const auto has_descent = size > 0.0f;
   if (!any(has_descent)) return {n, 0.0f};
-  const R alignment = smaller(size * m.voxel_mm / (kFlatField * kFieldScale), R(1.0f)) * dot(descent, n) / size;
+  const R alignment = smaller(size * m.field.cell_mm / (kFlatField * kFieldScale), R(1.0f)) * dot(descent, n) / size;
   const Vec3Of<R> tilted = n + (kDescentWeight * larger(alignment, R(0.0f)) / size) * descent;
   return {choose(has_descent, (1.0f / norm(tilted)) * tilted, n), choose(has_descent, alignment, R(0.0f))};
 }
@@ -309,8 +311,7 @@ struct EvidenceSearch {
     sample_line(Voxels(v.volume), v.volume, lanes, line, start, step, count, value);
     if (from_field) {
       const VolumeView field = field_view(v, m);
-      const Vec3 first = m.field.first_voxel();
-      const IndexLineOf<R> in_box{line.origin - Vec3Of<R>{first.x, first.y, first.z}, line.direction};
+      const IndexLineOf<R> in_box{m.field.index(line.origin), m.field.difference(line.direction)};
       sample_line(LinearVoxels<std::uint16_t>(field), field, lanes, in_box, start, step, count, ratio);
     }
     for (int k = lanes.lane; k < count; k += L::width) {
@@ -341,8 +342,8 @@ struct EvidenceSearch {
         const BooleanOf<R> outside = !crossing.from_inside, not_found = !crossing.found;
         offset_mm = choose(outside & (not_found | (back_mm > 0.0f)), back_mm, offset_mm);
       }
-      // Share of `hold` that applies: 1 up to one voxel from the surface, 0 from two, where `hold` would create folds.
-      const R near = smaller(larger(2.0f - fabsf(offset_mm) / m.voxel_mm, R(0.0f)), R(1.0f));
+      // Share of `hold` that applies: 1 up to one cell from the surface, 0 from two, where `hold` would create folds.
+      const R near = smaller(larger(2.0f - fabsf(offset_mm) / m.field.cell_mm, R(0.0f)), R(1.0f));
       store(v.targets_of<EvidenceForce>(), i,
             Vec4Of<R>{offset_mm, 0.0f, 0.0f, near * smaller(larger(2.0f * search.alignment, R(0.0f)), R(1.0f))});
       return;

@@ -116,14 +116,23 @@ struct NeighbourTexels {
   }
 };
 
-/// Location of a mesh's foreground probability field: a box of voxels of the volume, i fastest. Values from kFieldFloor
-/// to kFieldScale are the probability P in units of 1 / kFieldScale. Below kFieldFloor P is about 0, and the value
-/// encodes the distance to the object: it is lower by kFieldFall for each smallest voxel spacing of distance.
+/// Location of a mesh's foreground probability field: a box of cells of the volume (image/cell_grid.h), i fastest.
+/// Values from kFieldFloor to kFieldScale are the probability P in units of 1 / kFieldScale. Below kFieldFloor P is
+/// about 0, and the value encodes the distance to the object: it is lower by kFieldFall for each smallest cell spacing
+/// of distance.
 struct FieldBox {
   long long offset = -1;  ///< index of the first value in StepView::fields; -1: no field
-  int first[3] = {0, 0, 0}, size[3] = {0, 0, 0};
-  SIMPLEXSEG_HD Vec3 first_voxel() const {
-    return {static_cast<float>(first[0]), static_cast<float>(first[1]), static_cast<float>(first[2])};
+  int size[3] = {0, 0, 0};
+  float scale[3] = {1, 1, 1}, shift[3] = {0, 0, 0};  ///< index of a cell in the box: scale * index of a voxel + shift
+  float cell_mm = 0;                                 ///< smallest cell spacing
+  /// Index in the box at a voxel index of the volume, and difference of indices in the box from one of voxel indices.
+  template <class R>
+  SIMPLEXSEG_HD Vec3Of<R> index(Vec3Of<R> at) const {
+    return {scale[0] * at.x + shift[0], scale[1] * at.y + shift[1], scale[2] * at.z + shift[2]};
+  }
+  template <class R>
+  SIMPLEXSEG_HD Vec3Of<R> difference(Vec3Of<R> d) const {
+    return {scale[0] * d.x, scale[1] * d.y, scale[2] * d.z};
   }
 };
 inline constexpr float kFieldScale = 65535, kFieldFloor = 2048, kFieldFall = 16;

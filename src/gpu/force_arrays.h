@@ -28,8 +28,8 @@ class ForceArrays {
   using Undo = std::function<void()>;
 
   /// Stores references and fields of the meshes with which `arrays` was loaded, and sets the offsets of these data in
-  /// the mesh constants. Called once per object.
-  void load(std::span<const EngineMesh> meshes, MeshArrays<Executor>& arrays) {
+  /// the mesh constants. `spacing_mm`: of the voxels of the volume. Called once per object.
+  void load(std::span<const EngineMesh> meshes, const Eigen::Vector3d& spacing_mm, MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
     shape_host_.assign(n, Vec4{});
     has_shape_.assign(meshes.size(), 0);
@@ -49,7 +49,7 @@ class ForceArrays {
       if (!m.shape.empty())
         for (int to = 0; to < c.vertex_count; ++to) shape_host_[c.first_vertex + to] = m.shape[arrays.orders()[k][to]];
       profiles_host_.emplace_back(m.profiles.begin(), m.profiles.end());
-      if (!m.field.values.empty()) set_field(static_cast<int>(k), m.field, arrays);
+      if (!m.field.values.empty()) set_field(static_cast<int>(k), m.field, spacing_mm, arrays);
     }
   }
 
@@ -70,11 +70,17 @@ class ForceArrays {
 
   bool has_field(int mesh) const { return !fields_host_[mesh].empty(); }
   /// Sets the field of one mesh; empty values remove it. The box must lie in the volume (check_field()).
-  Undo set_field(int mesh, const EngineField& field, MeshArrays<Executor>& arrays) {
+  Undo set_field(int mesh, const EngineField& field, const Eigen::Vector3d& spacing_mm, MeshArrays<Executor>& arrays) {
     std::vector<std::uint16_t> values(field.values.begin(), field.values.end());
     std::swap(values, fields_host_[mesh]);
     FieldBox& box = arrays[mesh].field;
-    for (int a = 0; a < 3; ++a) box.first[a] = field.box.first[a], box.size[a] = field.box.size[a];
+    const VoxelToCell to_cell(field.cell);
+    box.cell_mm = static_cast<float>(spacing_mm.cwiseProduct(Eigen::Vector3d(field.cell.data())).minCoeff());
+    for (int a = 0; a < 3; ++a) {
+      box.size[a] = field.box.size[a];
+      box.scale[a] = static_cast<float>(to_cell.scale[a]);
+      box.shift[a] = static_cast<float>(to_cell.shift[a] - field.box.first[a]);
+    }
     long long offset = 0;
     for (std::size_t k = 0; k < fields_host_.size(); ++k) {
       arrays[k].field.offset = fields_host_[k].empty() ? -1 : offset;

@@ -47,7 +47,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     exchange(before);
     try {
       meshes_.load(meshes);
-      forces_.load(meshes, meshes_);
+      forces_.load(meshes, volume_.geometry().spacing_mm, meshes_);
       forces_.set_points(points, meshes_);
       results_.load(meshes_);
       std::vector<SolverState> solver_states;
@@ -91,7 +91,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     check_field(field, volume_);
     all_or_nothing([&](Undo& undo) {
       const bool had = forces_.has_field(mesh);
-      undo = forces_.set_field(mesh, field, meshes_);
+      undo = forces_.set_field(mesh, field, volume_.geometry().spacing_mm, meshes_);
       if (forces_.has_field(mesh) != had) return apply_parameters(simulation_, {});
       meshes_.upload_constants();
       update_arrays();

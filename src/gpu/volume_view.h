@@ -20,14 +20,15 @@ inline void describe(const Volume& volume, VolumeView& view) {
   view.intensity_scale = static_cast<float>(1.0 / (window.high - window.low));
 }
 
-/// Throws Error unless the box lies in the volume and has as many voxels as the field has values. An empty field is
+/// Throws Error unless the box lies in the volume and has as many cells as the field has values. An empty field is
 /// valid.
 inline void check_field(const EngineField& field, const Volume& volume) {
   if (field.values.empty()) return;
-  if (!field.box.lies_in(volume.geometry().size) || field.box.voxel_count() != field.values.size())
+  if (!field.box.lies_in(cell_geometry(volume.geometry(), field.cell).size) ||
+      field.box.voxel_count() != field.values.size())
     throw Error("field of a mesh",
-                "its box exceeds the volume, or the number of values differs from the number of voxels",
-                "pass one value for each voxel of a box inside the volume");
+                "its box exceeds the volume, or the number of values differs from the number of cells",
+                "pass one value for each cell of a box inside the volume");
 }
 
 }  // namespace simplexseg

@@ -85,11 +85,7 @@ ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const st
 std::optional<Image> evidence(const SceneMesh& mesh) {
   const auto field = read_mesh_item(mesh, [](const MeshItem& item) { return item.field; });
   if (!field || field->values.empty()) return std::nullopt;
-  VolumeGeometry geometry = mesh.session->image().volume.geometry();
-  const auto& first = field->box.first;
-  geometry.origin_mm = geometry.world_from_index() * Eigen::Vector3d(first[0], first[1], first[2]);
-  geometry.size = field->box.size;
-  Volume volume(geometry, VoxelType::Float32);
+  Volume volume(field->grid(mesh.session->image().volume.geometry()), VoxelType::Float32);
   const auto out = volume.voxels<float>();
   for (std::size_t v = 0; v < out.size(); ++v) {
     const auto value = static_cast<float>(field->values[v]);

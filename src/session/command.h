@@ -108,12 +108,21 @@ struct StartFieldUpdate {
 /// Waits for the field that was started last and attaches it to its mesh, unless the field was cancelled: an undo, a
 /// redo or a deletion made it useless. Cannot be undone.
 struct CommitFieldUpdate {};
+/// Stops the field that is being solved and discards its solution; the mesh keeps its field. The automatic update
+/// solves it again only when a mark changes, or after RequestFieldUpdate. Cannot be undone. An undo, a redo or a
+/// deletion that makes the field useless stops it too; this command then follows in the log and frees its memory.
+struct CancelFieldUpdate {};
+/// Lets the automatic update solve a field whose update was cancelled. Cannot be undone.
+struct RequestFieldUpdate {
+  ItemId mesh;
+};
 struct Undo {};
 struct Redo {};
 
 using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
                              MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
-                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint>;
+                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
+                             CancelFieldUpdate, RequestFieldUpdate>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -15,7 +15,7 @@ EngineScene engine_scene(const Scene& scene, const Volume& volume) {
     m.finest = is_finest(item, scene.simulation, voxel_mm(volume));
     m.solver = item.solver;
     m.edge_mm = item.edge_mm;
-    if (item.has_field()) m.field = {item.field->box, item.field->values};
+    if (item.has_field()) m.field = {item.field->cell, item.field->box, item.field->values};
     loaded.meshes.push_back(m);
   }
   loaded.points = engine_points(scene);

@@ -21,13 +21,6 @@ namespace {
 /// errors catches it.
 struct FieldCancelled {};
 
-/// Mask of the voxels in the balls; contains at least the voxel nearest to each centre.
-Mask mask_of_balls(std::span<const Mark> balls, const VolumeGeometry& geometry) {
-  Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
-  for (const Mark& ball : balls) paint_ball(mask, ball.position_mm, ball.radius_mm, 1);
-  return mask;
-}
-
 /// Number of most recent marks that the first update of a mesh applies individually.
 constexpr std::size_t kIncrementalMarks = 8;
 
@@ -39,21 +32,19 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::ve
                                        const ReportProgress& report) {
   auto solved = std::make_shared<MeshField>();
   try {
-    Mask outside;
-    if (!others.empty()) outside = mask_of_balls(others, geometry);
     std::size_t count = marks.size();
     if (first) count = std::max(count, kIncrementalMarks + 1) - kIncrementalMarks;
     const std::size_t first_count = count;
     for (; count <= marks.size(); ++count) {
       const auto done = static_cast<float>(count - first_count);
       const auto updates = static_cast<float>(marks.size() - first_count + 1);
-      field.update({marks.data(), count}, others.empty() ? nullptr : &outside,
-                   [&](float fraction) { report((done + fraction) / updates); });
+      field.update({marks.data(), count}, others, [&](float fraction) { report((done + fraction) / updates); });
     }
+    solved->cell = field.cell();
     solved->box = field.box();
     solved->leaks = field.report().leaks;
     solved->expected_dice = static_cast<float>(field.report().expected_dice);
-    solved->values = field.values(field_value_of(geometry));
+    solved->values = field.values(field_value_of(cell_geometry(geometry, field.cell())));
     report(1);
   } catch (const DeviceError&) {
     throw;
@@ -126,7 +117,6 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   };
   solving_mesh_ = item.id;
   solving_marks_ = marks;
-  solving_first_ = item.start || !fields_[item.id];
   cancelled_ = false;
   progress_ = 0;
   const auto start_in_background = [this](auto work) {

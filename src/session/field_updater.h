@@ -51,8 +51,6 @@ class FieldUpdater {
   /// on the CPU and after the current phase on a device. The next field of the mesh is solved as its first.
   void cancel() { cancelled_ = solving_mesh_ != 0; }
   bool cancelled() const { return solving_mesh_ != 0 && cancelled_; }
-  /// Whether the field that is being solved is the first of its mesh, not an update of an earlier field.
-  bool solving_first() const { return solving_mesh_ != 0 && solving_first_; }
   /// Marks of the field that was started last.
   const std::vector<Mark>& solving_marks() const { return solving_marks_; }
   /// Mesh whose field is being solved; 0: none.
@@ -81,7 +79,6 @@ class FieldUpdater {
   std::unique_ptr<Volume> volume_;
   std::map<ItemId, std::unique_ptr<EvidenceField>> fields_;
   ItemId solving_mesh_ = 0;
-  bool solving_first_ = false;
   std::vector<Mark> solving_marks_;
   std::atomic<bool> cancelled_ = false;  ///< read by the background thread between parallel loops
   std::atomic<float> progress_ = 0;      ///< completed fraction, written by the background thread

@@ -14,8 +14,6 @@
 namespace simplexseg {
 namespace {
 
-/// Smallest difference between the value of a voxel and the threshold. Keeps the surface away from voxel centres.
-constexpr float kMinMargin = 0.05f * kFieldScale;
 constexpr float kNearVoxels = 2;   // distance from the object up to which the probability is stored, voxels
 constexpr int kMargin = 10;        // margin of a field around its object, voxels
 constexpr double kMinVoxels = 2;   // smallest radius of the ball of a boundary mark, voxels
@@ -67,7 +65,7 @@ void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, 
 
 FieldValue field_value_of(const VolumeGeometry& geometry) {
   const float voxel_mm = static_cast<float>(geometry.spacing_mm.minCoeff());
-  return {kFieldScale, kFieldFloor, kFieldFall / voxel_mm, kMinMargin, kNearVoxels * voxel_mm};
+  return {kFieldScale, kFieldFloor, kFieldFall / voxel_mm, kThresholdMargin * kFieldScale, kNearVoxels * voxel_mm};
 }
 
 MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, const std::vector<Mark>& others,

@@ -13,15 +13,16 @@ namespace simplexseg {
 
 namespace {
 
-/// Encoded value (FieldBox in src/forces/step_view.h) of a voxel of the volume in the field of a mesh, which increases
-/// with the foreground probability; 0 outside the field's box; none without a field.
+/// Encoded value (FieldBox in src/forces/step_view.h) of the cell that contains the centre of a voxel, in the field of
+/// a mesh. It increases with the foreground probability; 0 outside the field's box; none without a field.
 std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const VolumeGeometry& geometry) {
   if (!item.has_field()) return std::nullopt;
   const MeshField& field = *item.field;
   std::size_t offset = 0, remaining = voxel, plane = static_cast<std::size_t>(geometry.size[0]) * geometry.size[1];
   const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(geometry.size[0]), plane};
   for (int a = 2; a >= 0; --a) {
-    const int at = static_cast<int>(remaining / stride[a]) - field.box.first[a];
+    const auto index = static_cast<double>(remaining / stride[a]);
+    const int at = static_cast<int>((index + 0.5) / field.cell[a]) - field.box.first[a];
     remaining %= stride[a];
     if (at < 0 || at >= field.box.size[a]) return 0.0f;
     offset = offset * field.box.size[a] + at;

@@ -5,15 +5,17 @@
 #include <vector>
 
 #include "evidence/marks.h"
-#include "image/distance_map.h"
+#include "image/cell_grid.h"
 
 namespace simplexseg {
 
 /// Foreground probability of a mesh's object in a box of voxels, and the marks from which it was solved. Immutable, so
 /// that snapshots of a scene can share it.
 struct MeshField {
-  VoxelBox box{};                     ///< box in the grid of the volume
-  std::vector<std::uint16_t> values;  ///< encoded as in FieldBox (src/forces/step_view.h); empty if the solution failed
+  CellSize cell = kVoxelCells;
+  VoxelBox box{};  ///< box of cells of the volume
+  /// One value for each cell, encoded as in FieldBox (src/forces/step_view.h); empty if the solution failed.
+  std::vector<std::uint16_t> values;
   std::vector<Mark> marks;
   std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: background for this mesh
   bool leaks = false;        ///< whether the object reaches the sides of the largest box: it spreads without a border
@@ -27,8 +29,20 @@ struct MeshField {
   /// Whether the user must be warned about the field.
   bool needs_warning() const { return leaks || probably_wrong() || !problem.empty(); }
 
-  /// Object mask of the box: 1 inside the object, else 0.
-  std::vector<std::uint8_t> object_voxels() const;
+  /// Object mask of the box: 1 for cells inside the object, else 0.
+  std::vector<std::uint8_t> object_cells() const;
+  /// Object mask on the grid of the volume.
+  Mask object(const VolumeGeometry& volume) const;
+  /// Grid of the cells of the box.
+  VolumeGeometry grid(const VolumeGeometry& volume) const;
+};
+
+/// Marks at the time when the user cancelled the update of a field.
+struct CancelledUpdate {
+  std::vector<Mark> marks;
+  std::vector<Mark> others;  ///< inside marks of other meshes that reach the box of the field; empty without a field
+
+  bool operator==(const CancelledUpdate&) const = default;
 };
 
 }  // namespace simplexseg

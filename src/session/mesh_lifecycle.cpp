@@ -56,7 +56,8 @@ void complete(MeshItem& item, const SimulationParameters& simulation, const Volu
   if (!(item.edge_mm > 0)) item.edge_mm = edge_of(item.mesh);
   if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
   if (item.region.empty()) item.region = region_of(item, volume);
-  if (item.has_field() && !item.field->box.lies_in(volume.geometry().size)) item.field = nullptr, item.fit = {};
+  if (item.has_field() && !item.field->box.lies_in(cell_geometry(volume.geometry(), item.field->cell).size))
+    item.field = nullptr, item.fit = {};
 }
 
 void refine_item(MeshItem& item) {
@@ -102,7 +103,7 @@ ForceParameters active_parameters(const MeshItem& item, const Volume& volume) {
 LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
                        float mean_move_mm, float mean_edge_mm) {
   if (item.locked) return LevelState::Settled;
-  if (waits_for_field(item, volume)) return item.field ? LevelState::Settled : LevelState::Moving;
+  if (waits_for_field(item, volume)) return item.field || item.cancelled ? LevelState::Settled : LevelState::Moving;
   const bool settled = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
   if (!settled && item.steps_at_level < static_cast<int>(simulation.steps_per_level + 0.5f)) return LevelState::Moving;
   if (!is_finest(item, simulation, voxel_mm(volume), mean_edge_mm)) return LevelState::RefinementDue;

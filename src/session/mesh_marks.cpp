@@ -38,7 +38,7 @@ std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, cons
 
 std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field, const VolumeGeometry& geometry) {
   if (field.values.empty()) return others;
-  const Eigen::Affine3d index = geometry.index_from_world();
+  const Eigen::Affine3d index = cell_geometry(geometry, field.cell).index_from_world();
   std::erase_if(others, [&](const Mark& mark) {
     const Eigen::Vector3d centre = index * mark.position_mm;
     for (int a = 0; a < 3; ++a) {
@@ -57,13 +57,30 @@ bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& vol
   return marks_of(scene, item, volume) != item.field->marks || others != item.field->others;
 }
 
+CancelledUpdate cancelled_update(const Scene& scene, const MeshItem& item, const Volume& volume) {
+  CancelledUpdate update{marks_of(scene, item, volume), {}};
+  if (item.has_field())
+    update.others = within_reach(marks_of_others(scene, item, volume), *item.field, volume.geometry());
+  return update;
+}
+
+bool is_update_cancelled(const Scene& scene, const MeshItem& item, const Volume& volume) {
+  return item.cancelled && has_stale_field(scene, item, volume) &&
+         cancelled_update(scene, item, volume) == *item.cancelled;
+}
+
+bool is_update_due(const Scene& scene, const MeshItem& item, const Volume& volume) {
+  return has_stale_field(scene, item, volume) && !is_update_cancelled(scene, item, volume);
+}
+
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,
                       const EvidenceSettings& fields) {
   const VolumeGeometry& geometry = volume.geometry();
   if (!item.has_field()) return least_brush_radius_mm(geometry);
   const MeshField& field = *item.field;
-  const std::vector<Constraint> constraints = constraint_mask(geometry, field.box, {}, field.marks, nullptr);
-  return brush_radius_mm(geometry, field.box, field.object_voxels(), constraints, kind, position_mm, fields);
+  const VolumeGeometry cells = cell_geometry(geometry, field.cell);
+  const std::vector<Constraint> constraints = constraint_mask(cells, field.box, {}, field.marks, {});
+  return brush_radius_mm(cells, field.box, field.object_cells(), constraints, kind, position_mm, fields);
 }
 
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume) {

@@ -22,6 +22,15 @@ std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field,
 /// Whether the mesh uses a field that has not been solved yet, or whose marks, or marks of other meshes that reach its
 /// box, have changed since it was solved.
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume);
+/// Present marks of the mesh, and those inside marks of others that reach the box of its field, for
+/// MeshItem::cancelled.
+CancelledUpdate cancelled_update(const Scene& scene, const MeshItem& item, const Volume& volume);
+/// Whether the field remains stale because the user cancelled its update (CancelFieldUpdate). False as soon as a mark
+/// in CancelledUpdate has changed. Without a field, marks of other meshes do not matter: a new seed elsewhere must not
+/// start again a solution that the user has stopped.
+bool is_update_cancelled(const Scene& scene, const MeshItem& item, const Volume& volume);
+/// Whether the field must be solved: it is stale, and its update was not cancelled.
+bool is_update_due(const Scene& scene, const MeshItem& item, const Volume& volume);
 /// Radius in mm of the ball of a new point: brush_radius_mm() in the field of the mesh, least_brush_radius_mm() without
 /// a field. `fields`: settings of the fields.
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,

@@ -24,14 +24,6 @@ constexpr double kMaxVertexRatioForMarks = 32;    // largest ratio if fewer vert
 constexpr double kMaxTriangleRatio = 8;           // largest ratio of triangles before remeshing to `max_vertices`
 constexpr float kConfident = 0.2f * kFieldScale;  // distance from the threshold: probability above 0.7 or below 0.3
 
-/// Grid of the box of a field.
-VolumeGeometry grid_of(const MeshField& field, const VolumeGeometry& volume) {
-  VolumeGeometry grid = volume;
-  grid.size = field.box.size;
-  grid.origin_mm = volume.world_from_index() * Eigen::Vector3i(field.box.first.data()).cast<double>();
-  return grid;
-}
-
 /// Field on a coarser grid, each cell of which covers a whole number of voxels along each axis. Values: means of the
 /// field relative to the threshold.
 struct CoarseField {
@@ -90,7 +82,7 @@ SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, doubl
 FieldMismatch compare_with_field(const MeshItem& item, const Volume& volume) {
   SIMPLEXSEG_EXPECT(item.has_field());
   const MeshField& field = *item.field;
-  const VolumeGeometry grid = grid_of(field, volume.geometry());
+  const VolumeGeometry grid = field.grid(volume.geometry());
   const Mask mask = rasterise(item.mesh, grid);
   FieldMismatch mismatch;
   for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
@@ -117,7 +109,7 @@ bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, 
       item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
   MeshItem rebuilt = item;
   for (const double ratio : {kMaxVertexRatio, kMaxVertexRatioForMarks}) {
-    SimplexMesh mesh = surface_of(*item.field, grid_of(*item.field, volume.geometry()), ratio * final_vertices);
+    SimplexMesh mesh = surface_of(*item.field, item.field->grid(volume.geometry()), ratio * final_vertices);
     try {
       if (mesh.positions.empty()) return false;
       validate(mesh);

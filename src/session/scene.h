@@ -68,8 +68,11 @@ struct MeshItem {
   std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
   std::shared_ptr<const MeshField> field;  ///< field solved from the marks; null: not solved yet
-  SolverState solver;                      ///< state of the solver at the time of the pose
-  float edge_mm = 0;                       ///< mean edge when it was made, refined or rebuilt, mm; 0: not measured yet
+  /// Set while the user has cancelled the update of `field` (is_update_cancelled()); null: not cancelled. Not saved, so
+  /// that a reopened scene applies all its marks.
+  std::shared_ptr<const CancelledUpdate> cancelled;
+  SolverState solver;  ///< state of the solver at the time of the pose
+  float edge_mm = 0;   ///< mean edge when it was made, refined or rebuilt, mm; 0: not measured yet
   int steps_at_level = 0;
   int final_vertices = 0;  ///< final number of vertices; 0: SimulationParameters::final_vertices
   bool rebuilt = false;    ///< whether it was rebuilt from its field or made from `start`: on its finest level

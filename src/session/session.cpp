@@ -10,7 +10,6 @@
 #include "core/number_text.h"
 #include "session/engine_scene.h"
 #include "session/mesh_lifecycle.h"
-#include "session/mesh_marks.h"
 #include "session/scene_checks.h"
 #include "session/scene_editor.h"
 #include "session/step_messages.h"
@@ -160,11 +159,6 @@ void Session::set_engine_parameters() {
   at_rest_ = false;
 }
 
-void Session::set_engine_field(std::size_t mesh) {
-  const MeshItem& item = scene_.meshes[mesh];
-  if (item.has_field()) engine_->set_field(static_cast<int>(mesh), {item.field->box, item.field->values});
-}
-
 void Session::set_engine_points() {
   engine_->set_points(engine_points(scene_));
   at_rest_ = false;
@@ -254,45 +248,6 @@ ItemId Session::execute(const Redo&) {
   return 0;
 }
 
-ItemId Session::execute(const StartFieldUpdate& command) {
-  const MeshItem* const item = scene_.find_mesh(command.mesh);
-  if (!item || volume_.empty() || field_updater_.solving_mesh() != 0)
-    throw Error("the field of segmentation " + std::to_string(command.mesh),
-                "there is no such segmentation, no image, or another field is being solved",
-                "commit the other field first");
-  field_updater_.start(*item, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_));
-  return 0;
-}
-
-ItemId Session::execute(const CommitFieldUpdate&) {
-  if (field_updater_.solving_mesh() == 0)
-    throw Error("the field update", "no field is being solved", "start one first");
-  MeshItem* const item = scene_.find_mesh(field_updater_.solving_mesh());
-  const std::shared_ptr<const MeshField> field = field_updater_.finish();
-  field_updater_.discard_deleted(scene_);
-  if (!item || !field) return 0;
-  const bool waited_for_field = waits_for_field(*item, volume_);
-  const std::shared_ptr<const MeshField> before = std::exchange(item->field, field);
-  const std::string name = "Segmentation '" + item->name + "'";
-  if (!field->problem.empty()) field_warnings_.push_back(name + " could not be computed: " + field->problem);
-  if (field->leaks)
-    field_warnings_.push_back(name + " spreads without finding a border. Mark what is outside (O).");
-  else if (field->probably_wrong() && !(before && before->probably_wrong()))
-    field_warnings_.push_back(name + " is probably wrong. Mark what belongs to it (I) and what does not (O).");
-  const std::size_t k = item - scene_.meshes.data();
-  try {
-    set_engine_field(k);
-    if (waited_for_field) set_engine_parameters();
-  } catch (const DeviceError& failure) {
-    fail_over(failure);  // loads the whole scene
-  } catch (...) {
-    item->field = before;
-    throw;
-  }
-  at_rest_ = false;
-  return 0;
-}
-
 template <class Edit>
 ItemId Session::execute(const Edit& edit) {
   ItemId added = 0;
@@ -329,37 +284,6 @@ ItemId Session::edit_scene(const Edit& edit) {
 }
 
 // ---- the simulation ----
-
-ItemId Session::mesh_with_stale_field() const {
-  for (const MeshItem& item : scene_.meshes)
-    if (!item.locked && has_stale_field(scene_, item, volume_)) return item.id;
-  return 0;
-}
-
-/// Cancels the field that is being solved if its mesh no longer exists, or if it is the first field of the mesh and a
-/// mark was withdrawn. An update of an earlier field is not cancelled: it takes less time than a first field.
-void Session::cancel_useless_field_update() {
-  const ItemId mesh = field_updater_.solving_mesh();
-  if (mesh == 0) return;
-  const MeshItem* const item = scene_.find_mesh(mesh);
-  const std::vector<Mark>& solved = field_updater_.solving_marks();
-  const auto is_withdrawn = [&] {
-    const std::vector<Mark> now = marks_of(scene_, *item, volume_);
-    return now.size() < solved.size() || !std::equal(solved.begin(), solved.end(), now.begin());
-  };
-  if (!item || (field_updater_.solving_first() && is_withdrawn())) field_updater_.cancel();
-}
-
-void Session::update_all_fields() {
-  if (field_updater_.solving_mesh() != 0) apply(CommitFieldUpdate{});
-  while (const ItemId mesh = mesh_with_stale_field()) apply(StartFieldUpdate{mesh}), apply(CommitFieldUpdate{});
-}
-
-void Session::update_fields_in_background() {
-  if (field_updater_.ready()) apply(CommitFieldUpdate{});
-  if (field_updater_.solving_mesh() != 0) return;
-  if (const ItemId mesh = mesh_with_stale_field()) apply(StartFieldUpdate{mesh});
-}
 
 Advance Session::advance_steps(int steps, bool stop_at_rest) {
   if (steps > 0) update_all_fields();

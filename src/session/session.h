@@ -81,8 +81,8 @@ class Session {
   const char* redo_title() const { return history_.redo_title(); }
   const UndoHistory& history() const { return history_; }
 
-  /// Solves all fields whose marks have changed, then runs `steps` steps; fewer after a failure or, with
-  /// `stop_at_rest`, once all meshes have settled.
+  /// Solves all fields whose marks have changed and whose update was not cancelled, then runs `steps` steps; fewer
+  /// after a failure or, with `stop_at_rest`, once all meshes have settled.
   Advance advance_steps(int steps, bool stop_at_rest = false);
   /// Runs as many steps as fit into `seconds`. Stops once all meshes have settled, and a few steps after `cancel` (may
   /// be null) becomes true. Fields are solved in the background and committed between two steps.
@@ -93,11 +93,12 @@ class Session {
   /// Completed fraction of the field that is being solved, 0 to 1; 0 if no field is being solved.
   float solving_progress() const { return field_updater_.progress(); }
   /// Stops the field that is being solved in the background; the next CommitFieldUpdate changes nothing. Not logged:
-  /// call it when the session ends. Undo, redo and the deletion of a mesh cancel a field that they make useless.
+  /// call it when the session ends; CancelFieldUpdate is the action of a user. Undo, redo and the deletion of a mesh
+  /// cancel a field that they make useless.
   void cancel_field_update() { field_updater_.cancel(); }
-  /// Commits a cancelled field update, which frees its memory; without one, does nothing.
-  void commit_cancelled_update() {
-    if (field_updater_.cancelled()) apply(CommitFieldUpdate{});
+  /// Ends and logs a cancelled field update (CancelFieldUpdate), which frees its memory; without one, does nothing.
+  void finish_cancelled_update() {
+    if (field_updater_.cancelled()) apply(CancelFieldUpdate{});
   }
 
   const std::vector<LogEntry>& log() const { return log_; }
@@ -117,6 +118,8 @@ class Session {
   ItemId execute(const Redo& command);
   ItemId execute(const StartFieldUpdate& command);
   ItemId execute(const CommitFieldUpdate& command);
+  ItemId execute(const CancelFieldUpdate& command);
+  ItemId execute(const RequestFieldUpdate& command);
   template <class Edit>
   ItemId execute(const Edit& edit);
   template <class Edit>
@@ -132,8 +135,9 @@ class Session {
   void read_poses_or_fail_over();
   void fail_over_if_failed();
 
-  ItemId mesh_with_stale_field() const;
+  ItemId mesh_with_due_update() const;
   void cancel_useless_field_update();
+  void finish_field_update();
   void update_all_fields();
   void update_fields_in_background();
   void set_engine_field(std::size_t mesh);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/vec3.h"
-#include "image/distance_map.h"
+#include "image/cell_grid.h"
 #include "step/display.h"
 #include "step/simulation_parameters.h"
 #include "step/solver.h"
@@ -21,9 +21,10 @@ class Volume;
 struct CellList;
 struct RegionModel;
 
-/// Foreground probability field of one mesh on a box of voxels. load() and set_field() copy the values.
+/// Foreground probability field of one mesh on a box of cells of the volume. load() and set_field() copy the values.
 struct EngineField {
-  VoxelBox box{};                         ///< box in the volume's grid
+  CellSize cell = kVoxelCells;
+  VoxelBox box{};                         ///< box of cells
   std::span<const std::uint16_t> values;  ///< encoded as in FieldBox (src/forces/step_view.h); empty: no field
 };
 

@@ -113,15 +113,34 @@ TEST(EvidenceField, ABoundaryMarkCorrectsTheWrongSideLikeAMarkThere) {
 
 TEST(EvidenceField, OtherObjectsAreBackground) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10});
-  Mask others{scene.truth.geometry, std::vector<std::uint8_t>(scene.truth.voxels.size())};
-  for (int k = 0; k < 48; ++k)
-    for (int j = 0; j < 48; ++j)
-      for (int i = 32; i < 48; ++i) others.voxels[scene.image.offset(i, j, k)] = 1;
-  EvidenceField field(scene.image);
-  field.update(std::vector{inside({0, 0, 0}, 6)}, &others);
-  const Mask object = field.object();
-  for (std::size_t v = 0; v < others.voxels.size(); ++v) ASSERT_FALSE(others.voxels[v] && object.voxels[v]);
+  const std::vector others{inside({13, 0, 0}, 5)};
+  EvidenceField field(scene.image), alone(scene.image);
+  field.update(std::vector{inside({0, 0, 0}, 6)}, others);
+  alone.update(std::vector{inside({0, 0, 0}, 6)});
+  const Mask object = field.object(), all = alone.object();
+  const Eigen::Affine3d world = scene.truth.geometry.world_from_index();
+  int shared = 0, excluded = 0;
+  for (int k = 0; k < 48; ++k) {
+    for (int j = 0; j < 48; ++j) {
+      for (int i = 0; i < 48; ++i) {
+        if ((world * Eigen::Vector3d(i, j, k) - others[0].position_mm).norm() > 5) continue;
+        const std::size_t v = scene.image.offset(i, j, k);
+        shared += object.voxels[v], excluded += all.voxels[v];
+      }
+    }
+  }
+  EXPECT_EQ(shared, 0);
+  EXPECT_GT(excluded, 100);
   EXPECT_GT(std::count(object.voxels.begin(), object.voxels.end(), 1), 3000);
+}
+
+TEST(EvidenceField, MarksOfOtherObjectsDoNotChangeThePrior) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 10);
+  EvidenceField field(scene.image), alone(scene.image);
+  const std::vector seed{inside({0, 0, 0}, 6)};
+  field.update(seed, std::vector{inside({0, 17, 0}, 3)});
+  alone.update(seed);
+  EXPECT_EQ(field.mark_features(), alone.mark_features());
 }
 
 TEST(EvidenceField, EverySettingChangesTheField) {
@@ -342,7 +361,7 @@ TEST(EvidenceField, ReportsAnIncreasingFraction) {
   std::vector marks{inside({0, 0, 0}, 8)};
   for (int update = 0; update < 2; ++update) {
     std::vector<float> fractions{0};
-    field.update(marks, nullptr, [&](float fraction) {
+    field.update(marks, {}, [&](float fraction) {
       EXPECT_GT(fraction, fractions.back());
       fractions.push_back(fraction);
     });
@@ -373,8 +392,6 @@ TEST(EvidenceField, RefusesInvalidMarks) {
   EXPECT_THROW(field.update(std::vector{inside({0, 0, 0}, 0)}), Error);
   EXPECT_THROW(field.update(std::vector{inside({0, 0, 90}, 2)}), Error);
   EXPECT_THROW(field.update(std::vector{Mark{MarkKind::Boundary, {0, 0, 0}, 1, {0, 0, 0}}}), Error);
-  const Mask other{VolumeGeometry{{3, 3, 3}}, std::vector<std::uint8_t>(27)};
-  EXPECT_THROW(field.update(std::vector{inside({0, 0, 0}, 3)}, &other), Error);
   EXPECT_THROW(EvidenceField(Volume{}), Error);
 }
 

@@ -35,7 +35,7 @@ TEST(MarkedVoxels, TheBallsOfABoundaryMarkTouchAtIt) {
   geometry.size = {20, 20, 20};
   const VoxelBox box{{0, 0, 0}, geometry.size};
   const std::vector<Mark> marks{{MarkKind::Boundary, {10, 10, 10.5}, 1.8, {0, 0, 5}}};
-  const std::vector<Constraint> known = constraint_mask(geometry, box, {}, marks, nullptr);
+  const std::vector<Constraint> known = constraint_mask(geometry, box, {}, marks, {});
   for (const int i : {9, 10, 11}) {
     EXPECT_EQ(known[box.offset(i, 10, 10)], Constraint::Inside) << i;
     EXPECT_EQ(known[box.offset(i, 10, 11)], Constraint::Outside) << i;

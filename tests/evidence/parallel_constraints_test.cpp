@@ -35,24 +35,20 @@ TEST(ParallelConstraints, EqualThoseOfTheCpu) {
     for (const VoxelBox& box :
          {VoxelBox{{0, 0, 0}, geometry.size}, VoxelBox{{2, 0, 3}, {24, 26, 12}}, VoxelBox{{2, 1, 10}, {24, 20, 1}}}) {
       const int n = static_cast<int>(box.voxel_count());
-      std::vector<std::uint8_t> finite(n, 1), others(n);
+      std::vector<std::uint8_t> finite(n, 1);
       for (int v = 0; v < n; v += 7) finite[v] = 0;
-      for (int v = 0; v < n; v += 5) others[v] = 1;
-      Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
-      for (int v = 0; v < n; ++v) {
-        const int i = v % box.size[0] + box.first[0], j = v / box.size[0] % box.size[1] + box.first[1],
-                  k = v / (box.size[0] * box.size[1]) + box.first[2];
-        mask.voxels[(std::size_t(k) * geometry.size[1] + j) * geometry.size[0] + i] = others[v];
-      }
+      const Eigen::Affine3d mm = geometry.world_from_index();
+      const std::vector<Mark> others{{MarkKind::Inside, mm * Eigen::Vector3d(18, 14, 10), 3, {0, 0, 0}}};
       const SerialExecutor executor;
       ConstraintVoxels<SerialExecutor> found(executor);
       std::vector<Constraint> known(n);
-      found.find(geometry, box, finite.data(), marks, others.data(), known.data());
-      EXPECT_EQ(known, constraint_mask(geometry, box, finite, marks, &mask));
-      for (const Constraint kind : {Constraint::Inside, Constraint::Outside, Constraint::NotFinite})
+      found.find(geometry, box, finite.data(), marks, others, known.data());
+      EXPECT_EQ(known, constraint_mask(geometry, box, finite, marks, others));
+      for (const Constraint kind :
+           {Constraint::Inside, Constraint::Outside, Constraint::OtherObject, Constraint::NotFinite})
         EXPECT_GT(std::count(known.begin(), known.end(), kind), 3);
-      found.find(geometry, box, nullptr, std::span(marks).first(1), nullptr, known.data());
-      EXPECT_EQ(known, constraint_mask(geometry, box, {}, std::span(marks).first(1), nullptr));
+      found.find(geometry, box, nullptr, std::span(marks).first(1), {}, known.data());
+      EXPECT_EQ(known, constraint_mask(geometry, box, {}, std::span(marks).first(1), {}));
     }
   }
 }

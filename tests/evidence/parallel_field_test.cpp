@@ -42,7 +42,7 @@ class ParallelField : public ::testing::TestWithParam<std::string> {
   static int wide(int voxels) { return static_cast<int>(scale() * voxels); }
 
   /// Updates both fields mark by mark, from the seed on, and compares them after each mark.
-  static void compare(const Scene& scene, const std::vector<Mark>& marks, const Mask* others = nullptr,
+  static void compare(const Scene& scene, const std::vector<Mark>& marks, std::span<const Mark> others = {},
                       double least_dice = 0.985, double most_difference = 0.01) {
     EvidenceField cpu(scene.image), parallel = field_of(scene);
     for (std::size_t count = 1; count <= marks.size(); ++count) {
@@ -85,20 +85,21 @@ TEST_P(ParallelField, HandlesOtherObjectsAndVoxelsThatAreNotFinite) {
   Scene scene = ellipsoid(width, 1, s * Eigen::Vector3d(16, 12, 12), 20);
   for (int j = 0; j < width; ++j)
     for (int i = wide(30); i < wide(34); ++i) scene.image.voxels<float>()[scene.image.offset(i, j, wide(20))] = NAN;
-  Mask others{scene.image.geometry(), std::vector<std::uint8_t>(scene.image.geometry().voxel_count())};
-  for (int k = 0; k < width; ++k)
-    for (int j = 0; j < width; ++j)
-      for (int i = 0; i < wide(14); ++i) others.voxels[scene.image.offset(i, j, k)] = 1;
-  compare(scene, {inside({4 * s, 0, 0}, 5 * s), inside({14 * s, 0, 0}, 1.8)}, &others);
+  const std::vector<Mark> others{inside({-12 * s, 0, 0}, 4 * s)};
+  compare(scene, {inside({4 * s, 0, 0}, 5 * s), inside({14 * s, 0, 0}, 1.8)}, others);
   EvidenceField with = field_of(scene), without = field_of(scene);
   const std::vector<Mark> seed{inside({4 * s, 0, 0}, 5 * s)};
-  with.update(seed, &others);
+  with.update(seed, others);
   without.update(seed);
   const Mask a = with.object(), b = without.object();
+  const Eigen::Affine3d world = scene.image.geometry().world_from_index();
   int shared = 0, beside = 0;
   for (std::size_t v = 0; v < a.voxels.size(); ++v) {
-    shared += a.voxels[v] && others.voxels[v];
-    beside += b.voxels[v] && others.voxels[v];
+    const auto at = static_cast<int>(v);
+    const Eigen::Vector3d index(at % width, at / width % width, at / (width * width));
+    const bool in_other = (world * index - others[0].position_mm).norm() < others[0].radius_mm;
+    shared += a.voxels[v] && in_other;
+    beside += b.voxels[v] && in_other;
   }
   EXPECT_EQ(shared, 0);
   EXPECT_GT(beside, 0);
@@ -135,7 +136,7 @@ TEST_P(ParallelField, ReportsAnIncreasingFraction) {
   std::vector<Mark> marks{inside({0, 0, 0}, 4)};
   for (int update = 0; update < 2; ++update) {
     std::vector<float> fractions{0};
-    field.update(marks, nullptr, [&](float fraction) {
+    field.update(marks, {}, [&](float fraction) {
       EXPECT_GT(fraction, fractions.back());
       fractions.push_back(fraction);
     });

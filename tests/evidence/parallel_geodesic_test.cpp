@@ -14,7 +14,7 @@ namespace {
 
 TEST(ParallelGeodesic, EqualsTheConvergedCpuDistances) {
   const Scene scene = ellipsoid(36, 2, {13, 11, 9}, 25);
-  const BoxImage image = cut_out(scene.image, {{0, 0, 0}, scene.image.geometry().size}, run_in_turn());
+  const BoxImage image = cut_out(scene.image, kVoxelCells, {{0, 0, 0}, scene.image.geometry().size}, run_in_turn());
   const std::array<double, 3> spacing_mm{1, 1, 2};
   const EdgeCost changes{0.02f, 0}, edges{0.002f, 0.06f};
   std::vector<float> start(image.value.size(), 1e4f);

@@ -79,7 +79,8 @@ Mark boundary(const Eigen::Vector3d& at, double radius, const Eigen::Vector3d& o
 /// Prompts of an object in a box: first marks, for which a field was solved, and new ones.
 class Story {
  public:
-  Story(const Volume& volume, std::vector<Mark> first, const std::vector<Mark>& then, const Mask* others = nullptr)
+  Story(const Volume& volume, std::vector<Mark> first, const std::vector<Mark>& then,
+        const std::vector<Mark>& others = {})
       : volume_(volume), marks_(std::move(first)) {
     EvidenceField field(volume);
     field.update(marks_, others);
@@ -91,20 +92,20 @@ class Story {
   }
   /// Single seed in a separate box.
   Story(const VoxelBox& box, const Volume& volume, const Mark& seed) : volume_(volume), marks_{seed}, box_(box) {
-    look(nullptr);
+    look({});
   }
 
   std::vector<std::uint8_t> computed_by_cpu(const EvidenceSettings& settings = {}) const {
-    CoarsePrior prior(volume_.geometry(), run_in_turn(), settings);
-    prior.set_box(image_, box_.first, reach_mm_);
+    CoarsePrior prior(run_in_turn(), settings);
+    prior.set_box(image_, volume_.geometry(), box_.first, reach_mm_);
     prior.learn({marks_, known_, before_, fresh_, reach_mm_, radius_mm_});
     std::vector<std::uint8_t> voxels(known_.size());
     prior.interpolate(smoothed_, kEdge, voxels);
     return voxels;
   }
   std::vector<std::uint8_t> open_by_cpu() const {
-    CoarsePrior prior(volume_.geometry(), run_in_turn(), {});
-    prior.set_box(image_, box_.first, reach_mm_);
+    CoarsePrior prior(run_in_turn(), {});
+    prior.set_box(image_, volume_.geometry(), box_.first, reach_mm_);
     prior.learn({marks_, known_, before_, fresh_, reach_mm_, radius_mm_});
     std::vector<std::uint8_t> open(known_.size());
     prior.mark_open(known_, open);
@@ -112,8 +113,8 @@ class Story {
   }
   template <class Executor>
   ParallelPrior<Executor> parallel(const Executor& executor, const EvidenceSettings& settings = {}) const {
-    ParallelPrior<Executor> prior(volume_.geometry(), executor, settings, run_in_turn());
-    prior.set_box(image_, box_.first, reach_mm_);
+    ParallelPrior<Executor> prior(executor, settings, run_in_turn());
+    prior.set_box(image_, volume_.geometry(), box_.first, reach_mm_);
     learn(prior);
     return prior;
   }
@@ -132,13 +133,13 @@ class Story {
  private:
   static constexpr float kEdge = 0.02f;
 
-  void look(const Mask* others) {
-    image_ = cut_out(volume_, box_, run_in_turn());
+  void look(std::span<const Mark> others) {
+    image_ = cut_out(volume_, kVoxelCells, box_, run_in_turn());
     known_ = constraint_mask(volume_.geometry(), box_, image_.finite, marks_, others);
     const auto largest = std::max_element(marks_.begin(), marks_.end(),
                                           [](const Mark& a, const Mark& b) { return size_of(a) < size_of(b); });
     radius_mm_ = largest->radius_mm;
-    reach_mm_ = seed_reach_mm(volume_, largest->position_mm, largest->radius_mm);
+    reach_mm_ = seed_scale(volume_, largest->position_mm, largest->radius_mm).reach_mm;
     smoothed_ = image_.value;
     std::array<double, 3> spacing_mm;
     for (int a = 0; a < 3; ++a) spacing_mm[a] = volume_.geometry().spacing_mm[a];
@@ -214,13 +215,11 @@ std::vector<Named> stories() {
     Volume volume(geometry, VoxelType::Float32);
     std::copy_n(clean.image.voxels<float>().begin(), geometry.voxel_count(), volume.voxels<float>().begin());
     for (int v = 0; v < 1400; ++v) volume.voxels<float>()[v * 31] = std::numeric_limits<float>::quiet_NaN();
-    Mask others{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
-    for (std::size_t v = 0; v < others.voxels.size(); ++v) others.voxels[v] = v % 36 > 29;
     const Eigen::Affine3d mm = geometry.world_from_index();
     all.push_back({"sheared, not finite, others", Story(volume, {inside(mm * Eigen::Vector3d(18, 18, 18), 4.9)},
                                                         {outside(mm * Eigen::Vector3d(18, 30, 19), 2.1),
                                                          boundary(mm * Eigen::Vector3d(18, 8, 18), 2.1, {0, -1, 0.2})},
-                                                        &others)});
+                                                        {inside(mm * Eigen::Vector3d(32, 18, 18), 2.5)})});
   }
   {
     Scene cut = ellipsoid(40, 1, {26, 10, 10}, 10);  // cut by the volume

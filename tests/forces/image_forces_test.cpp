@@ -286,7 +286,7 @@ TEST_P(ImageForcesTest, AFieldIsReadOnlyInItsBox) {
     scene.meshes[0].field.clear();
     const auto engine = make_engine();
     load(*engine, scene);
-    engine->set_field(0, {{first, size}, values});
+    engine->set_field(0, {kVoxelCells, {first, size}, values});
     engine->step(1500);
     return positions_of(*engine, scene);
   };
@@ -303,10 +303,10 @@ TEST_P(ImageForcesTest, AFieldThatDoesNotFitIsRefused) {
   const auto engine = make_engine();
   load(*engine, scene);
   const std::vector<std::uint16_t> values(8);
-  EXPECT_THROW(engine->set_field(0, {{{0, 0, 0}, {2, 2, 1}}, values}), Error);
-  EXPECT_THROW(engine->set_field(0, {{{63, 0, 0}, {2, 2, 2}}, values}), Error);
-  EXPECT_THROW(engine->set_field(0, {{{-1, 0, 0}, {2, 2, 2}}, values}), Error);
-  EXPECT_NO_THROW(engine->set_field(0, {{{62, 0, 0}, {2, 2, 2}}, values}));
+  EXPECT_THROW(engine->set_field(0, {kVoxelCells, {{0, 0, 0}, {2, 2, 1}}, values}), Error);
+  EXPECT_THROW(engine->set_field(0, {kVoxelCells, {{63, 0, 0}, {2, 2, 2}}, values}), Error);
+  EXPECT_THROW(engine->set_field(0, {kVoxelCells, {{-1, 0, 0}, {2, 2, 2}}, values}), Error);
+  EXPECT_NO_THROW(engine->set_field(0, {kVoxelCells, {{62, 0, 0}, {2, 2, 2}}, values}));
 }
 
 }  // namespace

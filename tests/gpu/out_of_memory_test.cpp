@@ -145,7 +145,7 @@ TEST_F(OutOfMemory, AFailedFieldKeepsThePreviousOne) {
   scene.meshes[0].forces =
       with({{"smoothing", "weight", 0.4f}, {"evidence", "weight", 0.5f}, {"evidence", "source", 0}});
   const std::vector<std::uint16_t> other = ball_field(scene.volume.geometry(), {-2, 1, 0}, kPhantomRadius - 3);
-  const EngineField field{{{0, 0, 0}, scene.volume.geometry().size}, other};
+  const EngineField field{kVoxelCells, {{0, 0, 0}, scene.volume.geometry().size}, other};
   EXPECT_GT(refusals(scene, [&](Engine& engine) { engine.set_field(0, field); }), 0);
 }
 

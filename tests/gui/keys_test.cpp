@@ -4,10 +4,13 @@
 #include <QDoubleSpinBox>
 #include <QEnterEvent>
 #include <QLineEdit>
+#include <QMenu>
 #include <QTest>
 
+#include "forces/evidence.h"
 #include "gui/panels/force_panel.h"
 #include "gui/panels/parameter_row.h"
+#include "gui/window/message_bar.h"
 #include "step/simulation_parameters.h"
 #include "window_fixture.h"
 
@@ -57,6 +60,31 @@ TEST_F(KeysTest, EscapeRestoresThePreviousNumber) {
   press(Qt::Key_2);
   EXPECT_EQ(bench().view.tool, Tool::ZoomPan);
   EXPECT_FLOAT_EQ(weight(), 0.5f);
+}
+
+TEST_F(KeysTest, EscapeCancelsTheUpdateUnlessSomethingElseUsesIt) {
+  bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::weight, 1});
+  bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 0});
+  bench().advance(0.001);  // paused: the field is started, and no frame commits it
+  const ItemId mesh = scene().meshes[0].id;
+  ASSERT_EQ(bench().session().solving_mesh(), mesh);
+  const QString before = number_->text();
+  type("3");
+  press(Qt::Key_Escape);
+  EXPECT_EQ(number_->text(), before);
+  EXPECT_EQ(bench().session().solving_mesh(), mesh) << "Esc restored the number";
+  QMenu* const menu = window_->view_menu();
+  menu->popup(window_->mapToGlobal(QPoint(60, 60)));
+  QTest::keyClick(menu, Qt::Key_Escape);
+  EXPECT_FALSE(menu->isVisible());
+  EXPECT_EQ(bench().session().solving_mesh(), mesh) << "Esc closed the menu";
+  ASSERT_TRUE(has_keys());
+  press(Qt::Key_Escape);
+  EXPECT_EQ(bench().session().solving_mesh(), 0u);
+  EXPECT_TRUE(window_->messages().text().startsWith("Update cancelled")) << window_->messages().text().toStdString();
+  const std::size_t commands = bench().session().log().size();
+  press(Qt::Key_Escape);
+  EXPECT_EQ(bench().session().log().size(), commands);
 }
 
 TEST_F(KeysTest, ATypedValueIsAppliedWhenTheFocusLeaves) {

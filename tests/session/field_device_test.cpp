@@ -16,8 +16,8 @@ class Device final : public FieldSolver {
     int made = 0, updates = 0, fails_at = 1 << 30;
   };
   Device(std::unique_ptr<FieldSolver> field, State& state) : field_(std::move(field)), state_(state) {}
-  void set_box(const VoxelBox& box, double reach_mm) override {
-    field_->set_box(box, reach_mm);
+  void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
+    field_->set_box(cell, box, reach_mm);
     box_ = field_->box();
   }
   void keep_before() override { field_->keep_before(); }
@@ -29,7 +29,7 @@ class Device final : public FieldSolver {
   std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
     return field_->before(places_mm);
   }
-  void set_constraints(std::span<const Mark> marks, const Mask* others) override {
+  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
     if (++state_.updates >= state_.fails_at) throw DeviceError("CUDA: a test", "it was unplugged", "plug it in");
     field_->set_constraints(marks, others);
   }

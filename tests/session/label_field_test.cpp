@@ -23,7 +23,7 @@ class LabelField : public ::testing::Test {
       in_box[a] = static_cast<int>(std::lround(at[a])) - field_.box.first[a];
       if (in_box[a] < 0 || in_box[a] >= field_.box.size[a]) return false;
     }
-    return field_.object_voxels()[field_.box.offset(in_box[0], in_box[1], in_box[2])] != 0;
+    return field_.object_cells()[field_.box.offset(in_box[0], in_box[1], in_box[2])] != 0;
   }
   void make(const std::vector<Mark>& marks, const std::vector<Mark>& others = {}) {
     std::vector<Mark> all{{MarkKind::Inside, kCentre, 3}};

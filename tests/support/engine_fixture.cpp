@@ -110,7 +110,7 @@ void load(Engine& engine, const TestScene& scene) {
   for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
     if (scene.meshes[k].field.empty()) continue;
     const std::array<int, 3>& size = scene.volume.geometry().size;
-    engine.set_field(static_cast<int>(k), {{{0, 0, 0}, size}, scene.meshes[k].field});
+    engine.set_field(static_cast<int>(k), {kVoxelCells, {{0, 0, 0}, size}, scene.meshes[k].field});
   }
   engine.set_points(scene.points);
 }

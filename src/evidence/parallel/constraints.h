@@ -24,13 +24,12 @@ struct PaintedBalls {
 
   /// What is known of a voxel of the box, `at` being what was known of it without marks: the last ball that holds it.
   SIMPLEXSEG_HD Constraint over(Constraint at, const GridPlace& p) const {
-    if (at == Constraint::NotFinite) return at;
     for (int b = count - 1; b >= 0; --b) {
       const PaintedBall& ball = balls[b];
       if (p.i < ball.low[0] || p.i > ball.high[0] || p.j < ball.low[1] || p.j > ball.high[1] || p.k < ball.low[2] ||
           p.k > ball.high[2])
         continue;
-      if (ball.holds(p.i, p.j, p.k)) return ball.value;
+      if (ball.holds(p.i, p.j, p.k)) return ball.over(at);
     }
     return at;
   }
@@ -40,34 +39,33 @@ struct KnownOfVoxel {
   BoxGrid grid;
   SideOfBox side;
   PaintedBalls marks;
-  const std::uint8_t *finite, *others;
+  const std::uint8_t* finite;
   Constraint* known;
 
   SIMPLEXSEG_HD void operator()(int v) const {
     const GridPlace p(grid, v);
-    const Constraint at = finite && !finite[v]  ? Constraint::NotFinite
-                          : others && others[v] ? Constraint::Outside
-                                                : side(p.i, p.j, p.k);
+    const Constraint at = finite && !finite[v] ? Constraint::NotFinite : side(p.i, p.j, p.k);
     known[v] = marks.over(at, p);
   }
 };
 
 /// constraint_mask() (evidence/marked_voxels.h) on an executor, the same for every voxel. In the executor's memory, a
-/// value for each voxel of the box: `finite` and `others`, or null, and `known`, which is written.
+/// value for each voxel of the box: `finite`, or null, and `known`, which is written.
 template <class Executor>
 class ConstraintVoxels {
  public:
   explicit ConstraintVoxels(const Executor& executor) : executor_(executor) {}
 
   void find(const VolumeGeometry& geometry, const VoxelBox& box, const std::uint8_t* finite,
-            std::span<const Mark> marks, const std::uint8_t* others, Constraint* known) {
+            std::span<const Mark> marks, std::span<const Mark> others, Constraint* known) {
     const BoxGrid grid{box.size};
-    executor_.each(grid.count(), KnownOfVoxel{grid, SideOfBox(box, geometry.size), upload(geometry, box, marks), finite,
-                                              others, known});
+    executor_.each(grid.count(), KnownOfVoxel{grid, SideOfBox(box, geometry.size), upload(geometry, box, marks, others),
+                                              finite, known});
   }
-  /// The marks alone, for kernels that paint them over something else.
-  PaintedBalls upload(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks) {
-    const std::vector<PaintedBall> balls = painted_balls(geometry, box, marks);
+  /// The balls of the marks, for kernels that paint them over other constraints.
+  PaintedBalls upload(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
+                      std::span<const Mark> others = {}) {
+    const std::vector<PaintedBall> balls = painted_balls(geometry, box, marks, others);
     return {balls_.set(executor_, balls), static_cast<int>(balls.size())};
   }
   std::size_t bytes() const { return balls_.bytes(); }

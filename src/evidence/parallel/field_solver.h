@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "evidence/cell_resampling.h"
 #include "evidence/conductances.h"
 #include "evidence/field_solver.h"
 #include "evidence/field_voxel.h"
@@ -19,7 +20,6 @@
 #include "evidence/parallel/smooth.h"
 #include "evidence/parallel/surface.h"
 #include "evidence/parallel/walker.h"
-#include "image/voxel_rows.h"
 
 namespace simplexseg {
 
@@ -50,7 +50,7 @@ struct KeepSaid {
   const float* smoothed;
   float* field;
   SIMPLEXSEG_HD void operator()(int v) const {
-    const bool in = known[v] == Constraint::Inside, out = known[v] == Constraint::Outside;
+    const bool in = known[v] == Constraint::Inside, out = is_excluded(known[v]);
     field[v] = in ? 1.0f : out ? 0.0f : smoothed[v];
   }
 };
@@ -70,16 +70,12 @@ struct KeepBefore {
   SIMPLEXSEG_HD void operator()(int v) const { before[v] = as_before(field[v]); }
 };
 
-/// A box's values into those of one that it lies in.
 template <class T>
-struct CopyIntoOuter {
+struct ResampleCells {
+  CellResampling resampling;
   const T* from;
   T* to;
-  int size[3], outer[3], shift[3];
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const int i = v % size[0] + shift[0], j = v / size[0] % size[1] + shift[1], k = v / (size[0] * size[1]) + shift[2];
-    to[(k * outer[1] + j) * outer[0] + i] = from[v];
-  }
+  SIMPLEXSEG_HD void operator()(int v) const { to[v] = resampling(v, from); }
 };
 
 /// Solver of a field on an executor, like CpuFieldSolver: the voxels stay in its memory from one update to the next,
@@ -88,32 +84,29 @@ template <class Executor>
 class ParallelFieldSolver final : public FieldSolver {
  public:
   ParallelFieldSolver(const Volume& volume, const RunJobs& run, const EvidenceSettings& settings)
-      : volume_(volume),
-        run_(run),
-        settings_(settings),
-        known_voxels_(executor_),
-        prior_(volume.geometry(), executor_, settings_, run_) {
-    for (int a = 0; a < 3; ++a) spacing_mm_[a] = volume_.geometry().spacing_mm[a];
-  }
+      : volume_(volume), run_(run), settings_(settings), known_voxels_(executor_), prior_(executor_, settings_, run_) {}
 
-  void set_box(const VoxelBox& box, double reach_mm) override {
-    if (box == box_ && reach_of_box_mm_ == reach_mm) return;
-    BoxImage image = cut_out(volume_, box, run_);
-    prior_.set_box(image, box.first, reach_mm);
+  void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
+    const bool same_box = box == box_ && cell == cell_;
+    if (same_box && reach_of_box_mm_ == reach_mm) return;
+    BoxImage image = cut_out(volume_, cell, box, run_);
+    const VolumeGeometry cells = cell_geometry(volume_.geometry(), cell);
+    prior_.set_box(image, cells, box.first, reach_mm);
     reach_of_box_mm_ = reach_mm;
-    if (box == box_) return;
+    if (same_box) return;
     put_work_away();
-    const VoxelBox old = box_;
     const std::size_t n = box.voxel_count();
-    box_ = box;
+    const CellResampling resampling(cell_, box_, cell, box);
+    cell_ = cell, cells_ = cells, box_ = box;
+    for (int a = 0; a < 3; ++a) spacing_mm_[a] = cells.spacing_mm[a];
     finite_ = {};
     if (std::ranges::count(image.finite, std::uint8_t{0}) != 0)
       finite_ = executor_.copy_of(std::span<const std::uint8_t>(image.finite));
     image_ = executor_.copy_of(std::span<const float>(image.value));
     smooth_by_least_spacing(image.value, image.grid, spacing_mm_, settings_.image_smoothing, run_);
     smoothed_ = executor_.copy_of(std::span<const float>(image.value));
-    move_into_box(old, solution_);
-    if (has_before_) move_into_box(old, before_);
+    resample(resampling, solution_);
+    if (has_before_) resample(resampling, before_);
     known_ = executor_.template array<Constraint>(n);
     probability_ = executor_.template array<float>(n);
     object_voxels_ = executor_.template array<std::uint8_t>(n);
@@ -132,22 +125,14 @@ class ParallelFieldSolver final : public FieldSolver {
   }
   bool has_before() const override { return has_before_; }
   std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
-    return simplexseg::was_object(executor_, volume_.geometry(), box_, before_.data(), places_mm);
+    return simplexseg::was_object(executor_, cells_, box_, before_.data(), places_mm);
   }
   std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
-    return before_at(executor_, volume_.geometry(), box_, before_.data(), places_mm);
+    return before_at(executor_, cells_, box_, before_.data(), places_mm);
   }
 
-  void set_constraints(std::span<const Mark> marks, const Mask* others) override {
-    const std::uint8_t* outside = nullptr;
-    Array<std::uint8_t> others_in_box;
-    if (others) {
-      std::vector<std::uint8_t> in_box(box_.voxel_count());
-      copy_from_outer(others->voxels.data(), VoxelBox{{0, 0, 0}, others->geometry.size}, in_box.data(), box_);
-      others_in_box = executor_.copy_of(std::span<const std::uint8_t>(in_box));
-      outside = others_in_box.data();
-    }
-    known_voxels_.find(volume_.geometry(), box_, finite_.data(), marks, outside, known_.data());
+  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
+    known_voxels_.find(cells_, box_, finite_.data(), marks, others, known_.data());
     host_known_.clear();
   }
 
@@ -202,6 +187,7 @@ class ParallelFieldSolver final : public FieldSolver {
     if (host_object_.voxels.empty()) {
       copy_to_host(object_voxels_, host_object_.voxels);
       host_object_.around = around_;
+      host_object_.count = object_count_;
       host_object_.border_share = border_share_;
     }
     return host_object_;
@@ -211,8 +197,8 @@ class ParallelFieldSolver final : public FieldSolver {
     return host_known_;
   }
   std::vector<std::uint16_t> values(const FieldValue& value) const override {
-    if (!are_orthogonal(volume_.geometry().world_from_index().linear()))
-      return field_values(object().voxels, probability(), box_, volume_.geometry(), value, run_);
+    if (!are_orthogonal(cells_.world_from_index().linear()))
+      return field_values(object().voxels, probability(), box_, cells_, value, run_);
     const auto squares = executor_.template array<float>(count()), spare = executor_.template array<float>(count());
     const auto values = executor_.template array<std::uint16_t>(count());
     field_values(executor_, object_voxels_.data(), probability_.data(), BoxGrid{box_.size}, spacing_mm_, value,
@@ -254,19 +240,12 @@ class ParallelFieldSolver final : public FieldSolver {
     held_ = {};
     prior_.put_work_away();
   }
-  /// A value for each voxel of `old`, or none, becomes one of the box, which holds it.
   template <class T>
-  void move_into_box(const VoxelBox& old, Array<T>& values) const {
+  void resample(const CellResampling& resampling, Array<T>& values) const {
     if (values.size() == 0) return;
-    Array<T> moved = executor_.template array<T>(box_.voxel_count());
-    executor_.clear(moved.data(), moved.size());
-    CopyIntoOuter<T> copy{values.data(), moved.data(), {}, {}, {}};
-    for (int a = 0; a < 3; ++a) {
-      copy.size[a] = old.size[a], copy.outer[a] = box_.size[a];
-      copy.shift[a] = old.first[a] - box_.first[a];
-    }
-    executor_.each(static_cast<int>(old.voxel_count()), copy);
-    values = std::move(moved);
+    Array<T> resampled = executor_.template array<T>(box_.voxel_count());
+    executor_.each(static_cast<int>(resampled.size()), ResampleCells<T>{resampling, values.data(), resampled.data()});
+    values = std::move(resampled);
   }
   template <class T>
   void copy_to_host(const Array<T>& from, std::vector<T>& to) const {
@@ -280,18 +259,18 @@ class ParallelFieldSolver final : public FieldSolver {
   }
   Solved find_object() {
     const auto found = object_finder_->find(probability_.data(), known_.data(), object_voxels_.data());
-    around_ = found.around, border_share_ = found.border_share;
+    around_ = found.around, object_count_ = found.count, border_share_ = found.border_share;
     host_probability_.clear();
     host_object_.voxels.clear();
-    return {0, 0, around_, border_share_};
+    return {0, 0, around_, object_count_, border_share_};
   }
 
   const Volume& volume_;
   RunJobs run_;
   EvidenceSettings settings_;
-  Executor executor_;  // its arrays must not outlive it
-  std::array<double, 3> spacing_mm_;
-  double reach_of_box_mm_ = 0;  // with which the prior's blocks were made
+  Executor executor_;                   // its arrays must not outlive it
+  std::array<double, 3> spacing_mm_{};  ///< of the cells
+  double reach_of_box_mm_ = 0;          // with which the prior's blocks were made
   double beta_ = 0;
   Array<std::uint8_t> finite_;  // none where all are
   Array<std::uint8_t> before_;
@@ -308,6 +287,7 @@ class ParallelFieldSolver final : public FieldSolver {
   std::unique_ptr<SmoothedFields<Executor, 1>> smoothing_;
   std::unique_ptr<ParallelObject<Executor>> object_finder_;
   VoxelBox around_{};
+  std::size_t object_count_ = 0;
   double border_share_ = 0;
   mutable std::vector<float> host_probability_;
   mutable FieldObject host_object_;

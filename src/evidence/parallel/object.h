@@ -28,6 +28,7 @@ class ParallelObject {
 
   struct Summary {
     VoxelBox around;      ///< as in FieldObject
+    std::size_t count;    ///< as in FieldObject
     double border_share;  ///< as in FieldObject
   };
   /// `voxels`: 0 or 1 for each voxel of the box. Waits once.
@@ -47,7 +48,7 @@ class ParallelObject {
         executor_, grid, [=] SIMPLEXSEG_KERNEL(int v) { return voxels[v] == 0; },
         [=] SIMPLEXSEG_KERNEL(int v) {
           const int i = v % ni, j = v / ni % nj, k = v / ni / nj;
-          return known[v] == Constraint::Outside || steps_to_side(i, ni) == 0 || steps_to_side(j, nj) == 0 ||
+          return is_excluded(known[v]) || steps_to_side(i, ni) == 0 || steps_to_side(j, nj) == 0 ||
                  steps_to_side(k, nk) == 0;
         },
         parent_.data(), keep_.data());
@@ -63,8 +64,12 @@ class ParallelObject {
         lower(found + kLow + 2, k);
         raise(found + kHigh + 1, j);
         raise(found + kHigh + 2, k);
+        atomic_add(found + kCount, -i);
       }
-      if (i + 1 == ni || open(v + 1)) raise(found + kHigh, i);
+      if (i + 1 == ni || open(v + 1)) {
+        raise(found + kHigh, i);
+        atomic_add(found + kCount, i + 1);
+      }
       if (smaller(smaller(steps_to_side(i, ni), steps_to_side(j, nj)), steps_to_side(k, nk)) <= kNearSide)
         atomic_add(found + kNearObject, 1);
     });
@@ -75,12 +80,13 @@ class ParallelObject {
   std::size_t bytes() const { return parent_.bytes() + keep_.bytes() + found_.bytes(); }
 
  private:
-  // Of found_: where the object begins and ends on each axis, and how many voxels near the box's sides are of it.
-  static constexpr int kLow = 0, kHigh = 3, kNearObject = 6, kNumbers = 7;
+  // Elements of found_: first and last index of the object on each axis, number of its voxels near the sides of the
+  // box, number of all its voxels.
+  static constexpr int kLow = 0, kHigh = 3, kNearObject = 6, kCount = 7, kNumbers = 8;
   static constexpr int kNone = 0x7fffffff;
 
   Summary summary_of(const std::array<int, kNumbers>& found) const {
-    Summary summary{{}, 0};
+    Summary summary{{}, static_cast<std::size_t>(found[kCount]), 0};
     double all = 1, inner = 1;
     for (int a = 0; a < 3; ++a) {
       all *= box_.size[a];

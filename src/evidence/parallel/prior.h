@@ -41,19 +41,18 @@ struct DevicePrompts {
 template <class Executor>
 class ParallelPrior {
  public:
-  /// `volume`: its geometry; `run`: what the CPU does. `executor` must outlive it.
-  ParallelPrior(const VolumeGeometry& volume, const Executor& executor, const EvidenceSettings& settings, RunJobs run)
-      : volume_(volume),
-        executor_(executor),
+  /// `run`: runs the part of the CPU. `executor` must outlive it.
+  ParallelPrior(const Executor& executor, const EvidenceSettings& settings, RunJobs run)
+      : executor_(executor),
         settings_(settings),
         run_(std::move(run)),
         marks_network_(executor, networks_of(settings).marks),
         update_network_(executor, networks_of(settings).update),
         painted_(executor) {}
 
-  /// Of the image in a box whose first voxel is `first`, for an object of this scale.
-  void set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm) {
-    coarse_ = coarse_image(volume_, image, first, reach_mm, settings_, run_);
+  /// CoarsePrior::set_box()
+  void set_box(const BoxImage& image, const VolumeGeometry& cells, const std::array<int, 3>& first, double reach_mm) {
+    coarse_ = coarse_image(cells, image, first, reach_mm, settings_, run_);
     const std::size_t n = blocks();
     if (!looks_) looks_.emplace(executor_, static_cast<int>(coarse_.features.size()));
     image_ = executor_.template copy_of<float>(coarse_.smoothed);
@@ -365,7 +364,6 @@ class ParallelPrior {
     executor_.each(blocks(), MoveToCut{raise_to_best_cut(std::span<const int, 256>(counts.data(), 256)), prior_});
   }
 
-  VolumeGeometry volume_;
   const Executor& executor_;
   EvidenceSettings settings_;
   RunJobs run_;

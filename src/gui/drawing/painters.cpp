@@ -198,7 +198,6 @@ void FieldPainter::draw(const Projection& projection, const SliceGrid& slice, co
                         const Rgba& tint) const {
   const Program& program = quad_.program();
   program.set("index_from_world", Eigen::Matrix4f(field.index_from_world.cast<float>()));
-  program.set("first_voxel", field.first_voxel);
   program.set("field_floor", kFieldFloor / kFieldScale);
   program.set("tint", tint);
   quad_.draw(projection, slice, field.texture);

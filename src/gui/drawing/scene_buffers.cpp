@@ -361,8 +361,7 @@ const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, co
                       GL_UNSIGNED_SHORT, field.values.data());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   mark_written();
-  field_.index_from_world = session.volume().geometry().index_from_world().matrix();
-  field_.first_voxel = Eigen::Vector3i(field.box.first.data()).cast<float>();
+  field_.index_from_world = field.grid(session.volume().geometry()).index_from_world().matrix();
   shown_field_ = item->field;
   return &field_;
 }

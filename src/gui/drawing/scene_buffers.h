@@ -63,8 +63,7 @@ class SceneBuffers {
   /// Field of the active mesh, for FieldPainter.
   struct Field {
     unsigned texture = 0;  ///< 3D, 16 bits per voxel, scaled as in FieldBox (forces/step_view.h)
-    Eigen::Matrix4d index_from_world = Eigen::Matrix4d::Identity();
-    Eigen::Vector3f first_voxel{0, 0, 0};
+    Eigen::Matrix4d index_from_world = Eigen::Matrix4d::Identity();  ///< index in the texture
   };
   /// Uploads the field if it has changed. Returns null, and releases the texture, while no field is shown.
   const Field* update_field(const Session& session, const ViewState& view);

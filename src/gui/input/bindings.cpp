@@ -106,6 +106,8 @@ const Binding kBindings[] = {
      "The next left drag changes the window (left, right) and the level (up, down)"},
     {Act::RunPause, kEverywhere, "Space", Mouse::None, {}, "&Run", "Run or pause the segmentation"},
     {Act::Step, kEverywhere, ".", Mouse::None, {}, "&One step", "Advance by a single step"},
+    {Act::CancelSolving, kEverywhere, "Esc", Mouse::None, {}, "Ca&ncel solving",
+     "Cancel the update of the segmentation that is being solved; it remains as before the last mark"},
     {Act::ResetPose, kEverywhere, "R", Mouse::None, {}, "Re&set all segmentations",
      "Reset every segmentation to its start"},
     {Act::Compare, kEverywhere, "Ctrl+Shift+C", Mouse::None, {}, "&Compare settings...",

@@ -14,7 +14,7 @@ enum class Act {
   Open, OpenFolder, Archive, SendBack, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside,
-  RunPause, Step, ResetPose, Compare,
+  RunPause, Step, CancelSolving, ResetPose, Compare,
   ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
   ShowMeshes, ShowFill, ShowField, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ShowPanels, ShowSteps, Researcher,

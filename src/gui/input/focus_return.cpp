@@ -28,10 +28,16 @@ FocusReturn::FocusReturn(QWidget& window, QWidget& target) : QObject(&window), w
 }
 
 bool FocusReturn::eventFilter(QObject* watched, QEvent* event) {
-  if (event->type() != QEvent::KeyPress) return false;
+  const bool may_be_shortcut = event->type() == QEvent::ShortcutOverride;
+  if (event->type() != QEvent::KeyPress && !may_be_shortcut) return false;
   QLineEdit* line = focused_line();
   if (!line || watched != QApplication::focusWidget() || line->window() != &window_ || line->isReadOnly()) return false;
   const int key = static_cast<QKeyEvent*>(event)->key();
+  if (may_be_shortcut) {
+    if (key != Qt::Key_Escape) return false;
+    event->accept();  // the key press follows, and not the menu entry with this key
+    return true;
+  }
   if (key == Qt::Key_Escape) {
     while (line->isUndoAvailable()) line->undo();
   } else if (key != Qt::Key_Return && key != Qt::Key_Enter) {

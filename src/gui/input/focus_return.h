@@ -10,7 +10,7 @@ namespace simplexseg {
 bool is_typing();
 
 /// Ends typing in the fields of `window`: Return accepts the text, Esc restores the former one, and both move the focus
-/// to `target`.
+/// to `target`. In a field, Esc has this effect and not that of a menu entry.
 class FocusReturn : public QObject {
  public:
   FocusReturn(QWidget& window, QWidget& target);

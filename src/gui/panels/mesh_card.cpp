@@ -59,6 +59,16 @@ void MeshCard::build_upper_row(ActionTable& actions) {
   set_role(name_, "title");
   name_->setAccessibleName(tr("Name"));
   name_->setToolTip(tr("Name: click to change it"));
+  cancel_ = flat_button(tr("Cancel"), this);
+  cancel_->setObjectName("cancel_solving");
+  cancel_->setText(QString(QChar(0x00d7)));
+  cancel_->setToolTip(tr("Cancel (Esc)"));
+  cancel_->hide();
+  solve_ = new QToolButton(this);
+  solve_->setObjectName("solve");
+  solve_->setText(tr("Solve"));
+  solve_->setToolTip(tr("Apply the marks that are not applied yet"));
+  solve_->hide();
   shown_ = flat_button(tr("Shown in the views"), this);
   shown_->setCheckable(true);
   locked_ = flat_button(tr("Locked: the segmentation does not change"), this);
@@ -77,7 +87,7 @@ void MeshCard::build_upper_row(ActionTable& actions) {
   row->setSpacing(2);
   row->addWidget(colour_);
   row->addWidget(name_, 1);
-  for (QToolButton* button : {shown_, locked_, menu_button}) row->addWidget(button);
+  for (QToolButton* button : {cancel_, solve_, shown_, locked_, menu_button}) row->addWidget(button);
   static_cast<QVBoxLayout*>(layout())->addLayout(row);
 
   connect(colour_, &QToolButton::clicked, this, &MeshCard::choose_colour);
@@ -86,6 +96,10 @@ void MeshCard::build_upper_row(ActionTable& actions) {
     const std::string name = name_->text().trimmed().toStdString();
     if (item && name != item->name) edit({mesh_, name, {}, {}, {}});
   });
+  connect(cancel_, &QToolButton::clicked, this, [this] {
+    if (workbench_.session().solving_mesh() == mesh_) workbench_.cancel_solving();
+  });
+  connect(solve_, &QToolButton::clicked, this, [this] { workbench_.solve(mesh_); });
   connect(shown_, &QToolButton::clicked, this, [this](bool shown) { edit({mesh_, {}, {}, shown, {}}); });
   connect(locked_, &QToolButton::clicked, this, [this](bool locked) { edit({mesh_, {}, {}, {}, {}, locked}); });
 }
@@ -156,6 +170,11 @@ void MeshCard::show_state(const QString& state, bool is_warning, const QString& 
   state_->setText(state);
   if (state_->toolTip() != advice) state_->setToolTip(advice);
   set_role(state_, is_warning ? "warning" : "dim");
+}
+
+void MeshCard::show_update(bool solving, bool pending) {
+  cancel_->setVisible(solving);
+  solve_->setVisible(pending && !solving);
 }
 
 void MeshCard::show_volume(std::optional<double> mm3) { volume_->setText(mm3 ? text(volume_text(*mm3)) : QString()); }

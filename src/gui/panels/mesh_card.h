@@ -16,8 +16,8 @@ namespace simplexseg {
 class ActionTable;
 class Workbench;
 
-/// Entry of a mesh in the list: colour, name, label, visibility, lock, opacity, volume and state. A press anywhere on
-/// the card makes the mesh active.
+/// Entry of a mesh in the list: colour, name, label, visibility, lock, opacity, volume and state, and buttons that
+/// cancel or request the update of its field. A press anywhere on the card makes the mesh active.
 class MeshCard : public QFrame {
   Q_OBJECT
  public:
@@ -25,6 +25,8 @@ class MeshCard : public QFrame {
   void show_mesh(const MeshItem& item, bool active);
   /// Shows the state of the mesh. `advice`: explanation and remedy for the tooltip; may be empty.
   void show_state(const QString& state, bool is_warning, const QString& advice = {});
+  /// Shows the button Cancel while the field of the mesh is solved, and the button Solve while marks are pending.
+  void show_update(bool solving, bool pending);
   /// Shows the volume; none: it is unknown, because the mesh moves.
   void show_volume(std::optional<double> mm3);
   ItemId mesh() const { return mesh_; }
@@ -53,6 +55,8 @@ class MeshCard : public QFrame {
   bool dragged_ = false;
   QToolButton* colour_;
   QLineEdit* name_;
+  QToolButton* cancel_;
+  QToolButton* solve_;
   QToolButton* shown_;
   QToolButton* locked_;
   QSpinBox* label_;

@@ -36,9 +36,10 @@ MeshPanel::MeshPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions
   connect(&loop_, &FrameLoop::ticked, this, [this] {
     if (!states_.isActive() && !workbench_.is_dragging()) states_.start();
   });
-  connect(&workbench_, &Workbench::pose_changed, this, [this] {
-    if (!states_.isActive()) states_.start();
-  });
+  for (const auto signal : {&Workbench::pose_changed, &Workbench::solving_changed})
+    connect(&workbench_, signal, this, [this] {
+      if (!states_.isActive()) states_.start();
+    });
   connect(&workbench_, &Workbench::volume_changed, this, [this] {
     if (!workbench_.has_volume()) return;
     const VolumeGeometry& geometry = workbench_.session().volume().geometry();
@@ -121,6 +122,7 @@ void MeshPanel::refresh_states() {
   for (std::size_t m = 0; m < meshes.size() && m < cards_.size(); ++m) {
     const RunState state = mesh_state(workbench_, loop_, m);
     cards_[m]->show_state(text_of(state, workbench_.solving_percent()), is_warning(state), advice_of(workbench_, m));
+    cards_[m]->show_update(workbench_.session().solving_mesh() == meshes[m].id, state == RunState::Pending);
     const bool known = !moves || meshes[m].locked;
     if (!meshes[m].mesh.positions.empty())
       cards_[m]->show_volume(known ? std::optional(measure(meshes[m].mesh).volume_mm3) : std::nullopt);

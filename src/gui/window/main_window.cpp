@@ -165,7 +165,7 @@ void MainWindow::build_menus() {
                              {Act::MeshUp, Act::MeshDown},
                              {Act::WorstFit},
                              {Act::DeleteMesh}});
-  fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}, {Act::Compare}});
+  fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ =
       fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
                          {Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d},

@@ -18,6 +18,7 @@ const char* background_of(RunState state) {
       return "#2e6e4a";
     case RunState::Doubtful:
     case RunState::Spreading:
+    case RunState::Pending:
     case RunState::Overlapping:
       return "#8a5a00";
     case RunState::Failed:
@@ -39,9 +40,9 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   setFixedHeight(fontMetrics().height() + 8);
   setAccessibleName(tr("State of the simulation"));
   setToolTip(
-      tr("State: running; solving (a segmentation is computed from your points); settled; paused; probably wrong (mark "
-         "more of what is inside and outside); spreading (a segmentation finds no border); overlaps itself (a surface "
-         "does); locked; error"));
+      tr("State: running; solving (a segmentation is computed from your points); marks pending (you cancelled that); "
+         "settled; paused; probably wrong (mark more of what is inside and outside); spreading (a segmentation finds "
+         "no border); overlaps itself (a surface does); locked; error"));
   setMinimumWidth(fontMetrics().horizontalAdvance(tr("no segmentation yet")) + 20);  // the toolbar must not move
   // Values that change with every frame are unreadable, so the text is refreshed four times a second.
   refresh_timer_.setSingleShot(true);

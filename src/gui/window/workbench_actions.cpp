@@ -44,6 +44,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_toggles);
+  connect(&workbench_, &Workbench::solving_changed, this, &WorkbenchActions::refresh_solving);
   connect(&loop_, &FrameLoop::ticked, this, &WorkbenchActions::refresh_run);
   refresh();
   refresh_toggles();
@@ -107,6 +108,7 @@ void WorkbenchActions::connect_simulation() {
     workbench_.pause();
     workbench_.advance_steps(1);
   });
+  actions_.on(Act::CancelSolving, [this] { workbench_.cancel_solving(); });
   actions_.on(Act::ResetPose, [this] { workbench_.apply(ResetPose{0}); });
 }
 
@@ -181,6 +183,7 @@ void WorkbenchActions::refresh() {
               meshes ? tr("It is already the last in the list") : no_mesh);
   actions_[Act::LockMesh]->setChecked(locked);
   refresh_run();
+  refresh_solving();
   set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There are no points yet"));
   const QString no_volume = tr("Open a volume first");
   for (const Act act : {Act::ToolSeed, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
@@ -197,6 +200,11 @@ void WorkbenchActions::refresh_run() {
   if (std::exchange(shows_pause_, moving) == moving) return;
   action->setText(moving ? tr("&Pause") : tr("&Run"));
   action->setIcon(icon_of(moving ? Symbol::Pause : Symbol::Run, Qt::white));
+}
+
+void WorkbenchActions::refresh_solving() {
+  set_enabled(actions_[Act::CancelSolving], workbench_.session().solving_mesh() != 0,
+              tr("No segmentation is being solved"));
 }
 
 void WorkbenchActions::refresh_toggles() {

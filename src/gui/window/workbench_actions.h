@@ -29,6 +29,7 @@ class WorkbenchActions : public QObject {
   void refresh();
   /// Shows Pause while anything moves, otherwise Run.
   void refresh_run();
+  void refresh_solving();
   void refresh_toggles();
   void change_opacity(float by);
   int place_of_active() const;  ///< index in the list of meshes; -1: there is none

@@ -24,6 +24,7 @@ Scene scene_for(const Workbench& from, int side) {
   Scene scene = from.session().scene();
   for (MeshItem& item : scene.meshes) {
     item.locked = item.id != from.view.active_mesh;
+    item.cancelled = nullptr;  // both sides apply all marks
     item.colour = item.locked ? Colour{150, 150, 150} : Comparison::colour_of(side);
   }
   return scene;

@@ -8,6 +8,7 @@
 
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
+#include "session/mesh_marks.h"
 
 namespace simplexseg {
 namespace {
@@ -17,6 +18,11 @@ QString solving_text(int percent) { return state_text("solving %1%").arg(percent
 
 bool spreads(const MeshItem& item) { return item.field && item.field->leaks && !item.locked; }
 bool doubtful(const MeshItem& item) { return item.field && item.field->probably_wrong() && !item.locked; }
+bool has_pending_marks(const Workbench& workbench, const MeshItem& item) {
+  const Session& session = workbench.session();
+  return !item.locked && session.solving_mesh() != item.id &&
+         is_update_cancelled(session.scene_without_poses(), item, session.volume());
+}
 
 }  // namespace
 
@@ -27,6 +33,7 @@ bool is_moving(const Workbench& workbench, const FrameLoop& loop) {
 RunState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh) {
   const MeshItem& item = workbench.scene().meshes[mesh];
   if (item.locked) return RunState::Locked;
+  if (has_pending_marks(workbench, item)) return RunState::Pending;
   if (spreads(item)) return RunState::Spreading;
   if (doubtful(item)) return RunState::Doubtful;
   if (is_moving(workbench, loop))
@@ -50,6 +57,8 @@ QString text_of(RunState state, int solving_percent) {
       return state_text("no segmentation yet");
     case RunState::Running:
       return state_text("running");
+    case RunState::Pending:
+      return state_text("marks pending");
     case RunState::Solving:
       return solving_text(solving_percent);
     case RunState::Settled:
@@ -72,7 +81,7 @@ QString text_of(RunState state, int solving_percent) {
 
 bool is_warning(RunState state) {
   return state == RunState::Failed || state == RunState::Spreading || state == RunState::Doubtful ||
-         state == RunState::Overlapping;
+         state == RunState::Pending || state == RunState::Overlapping;
 }
 
 QString faults_of(const Workbench& workbench, std::size_t mesh) {
@@ -89,6 +98,13 @@ QString faults_of(const Workbench& workbench, std::size_t mesh) {
 
 QString advice_of(const Workbench& workbench, std::size_t mesh) {
   const MeshItem& item = workbench.scene().meshes[mesh];
+  if (has_pending_marks(workbench, item))
+    return item.has_field()
+               ? state_text(
+                     "You cancelled the update: the last marks are not applied yet. Choose Solve to apply them, or "
+                     "undo "
+                     "them.")
+               : state_text("You cancelled the solution: there is no segmentation yet. Choose Solve to compute it.");
   if (spreads(item))
     return state_text(
         "The segmentation spreads without finding a border. Mark what is outside (O), or place a new seed that "

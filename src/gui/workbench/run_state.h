@@ -10,9 +10,22 @@ class FrameLoop;
 class Workbench;
 
 /// State of a mesh, or of the simulation, in the order of precedence. Nothing: there is no mesh. Failed: the last steps
-/// failed. Spreading, Doubtful: the segmentation needs more marks. Solving: its field is being computed. Overlapping:
-/// the surface overlaps itself and does not move. Settled: the simulation runs, but nothing moves.
-enum class RunState { Nothing, Failed, Spreading, Doubtful, Solving, Running, Overlapping, Paused, Settled, Locked };
+/// failed. Spreading, Doubtful: the segmentation needs more marks. Pending: marks are not applied, because the user has
+/// cancelled the update. Solving: its field is being computed. Overlapping: the surface overlaps itself and does not
+/// move. Settled: the simulation runs, but nothing moves.
+enum class RunState {
+  Nothing,
+  Failed,
+  Spreading,
+  Doubtful,
+  Pending,
+  Solving,
+  Running,
+  Overlapping,
+  Paused,
+  Settled,
+  Locked
+};
 
 /// Whether the simulation runs and has not settled; Pause is then offered, otherwise Run.
 bool is_moving(const Workbench& workbench, const FrameLoop& loop);

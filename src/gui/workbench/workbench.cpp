@@ -145,7 +145,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   ItemId id = 0;
   try {
     id = idle_session().apply(command);
-    idle_session().commit_cancelled_update();
+    idle_session().finish_cancelled_update();
   } catch (const std::exception& error) {
     notify(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
@@ -177,6 +177,21 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   emit acted();
   show_notice();
   return true;
+}
+
+void Workbench::cancel_solving() {
+  const ItemId mesh = idle_session().solving_mesh();
+  if (mesh == 0 || !apply(CancelFieldUpdate{})) return;
+  const MeshItem* const item = scene().find_mesh(mesh);
+  notify(Severity::Note, item && item->has_field()
+                             ? tr("Update cancelled. The segmentation is that before the last mark. To apply the "
+                                  "marks, choose Solve in the panel Segmentations.")
+                             : tr("Update cancelled. The segmentation is not solved yet. To solve it, choose Solve in "
+                                  "the panel Segmentations."));
+}
+
+void Workbench::solve(ItemId mesh) {
+  if (apply(RequestFieldUpdate{mesh})) run();
 }
 
 void Workbench::show_notice() {

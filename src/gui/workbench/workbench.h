@@ -33,7 +33,7 @@ class Workbench : public QObject {
   /// Scene with possibly outdated poses, which are not read back from the engine; session().scene() reads them back.
   const Scene& scene() const { return session().scene_without_poses(); }
   bool has_volume() const { return !session().volume().empty(); }
-  /// Forwards to Session::cancel_field_update().
+  /// Forwards to Session::cancel_field_update(), for the end of the program.
   void cancel_field_update() { idle_session().cancel_field_update(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
 
@@ -64,6 +64,10 @@ class Workbench : public QObject {
   bool is_dragging() const { return drag_pause_.isActive(); }
   /// Completed percentage of the field that is being solved; 0 if no field is being solved.
   int solving_percent() const { return static_cast<int>(100 * session().solving_progress()); }
+  /// Cancels the field that is being solved (CancelFieldUpdate) and shows a message. Without one, does nothing.
+  void cancel_solving();
+  /// Solves the field of a mesh whose update was cancelled (RequestFieldUpdate), and runs the simulation.
+  void solve(ItemId mesh);
   /// Stops the advance begun by begin_advance(), and returns its result.
   const Advance& advance_result() const;
   /// Stops the advance begun by begin_advance(), reports its result by signals and messages, and returns it.

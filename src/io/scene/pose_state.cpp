@@ -81,6 +81,7 @@ json binary_json(const MeshField& field) {
                 {"others", binary_json(field.others)},
                 {"leaks", field.leaks},
                 {"expected_dice", field.expected_dice}};
+  if (field.cell != kVoxelCells) saved["cell"] = field.cell;
   if (!field.problem.empty()) saved["problem"] = field.problem;
   return saved;
 }
@@ -88,6 +89,8 @@ json binary_json(const MeshField& field) {
 std::shared_ptr<const MeshField> field_of(const json& saved) {
   auto field = std::make_shared<MeshField>();
   field->box = {saved.at("first").get<std::array<int, 3>>(), saved.at("size").get<std::array<int, 3>>()};
+  if (saved.contains("cell")) field->cell = saved.at("cell").get<CellSize>();
+  for (const double edge : field->cell) expect(edge >= 1 && edge <= 1 << 20, "the cells of the field are invalid");
   field->values = array_of<std::uint16_t>(saved.at("values"));
   field->problem = saved.value("problem", "");
   const bool solved = field->problem.empty();

@@ -42,8 +42,8 @@ Mask BoxedPeer::segment(std::span<const Mark> marks) {
   const Eigen::Vector3d spacing = geometry.spacing_mm / geometry.spacing_mm.minCoeff();
   Mask object{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
   for (int growths = 0;; ++growths) {
-    const BoxImage image = cut_out(volume_, box_, run_);
-    known_ = constraint_mask(geometry, box_, image.finite, marks, nullptr);
+    const BoxImage image = cut_out(volume_, kVoxelCells, box_, run_);
+    known_ = constraint_mask(geometry, box_, image.finite, marks, {});
     std::vector<std::uint8_t> before(box_.voxel_count());
     for (int k = 0; k < box_.size[2]; ++k)
       for (int j = 0; j < box_.size[1]; ++j)
