@@ -130,7 +130,7 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
       field[v] = static_cast<std::uint16_t>(65535 * std::clamp(0.5 + depth / 4, 0.0, 1.0));
     }
     for (std::size_t k = 0; k < meshes.size(); ++k)
-      engine->set_field(static_cast<int>(k), {{{0, 0, 0}, g.size}, field});
+      engine->set_field(static_cast<int>(k), {kVoxelCells, {{0, 0, 0}, g.size}, field});
   }
   engine->set_points(points);
   // Long batches make the time of launching and waiting negligible; a device needs longer ones.
