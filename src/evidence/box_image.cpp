@@ -134,6 +134,7 @@ void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& b
   const std::array<int, 3>& size = volume.geometry().size;
   const VoxelBox voxels = voxels_around(box, cell, size);
   std::vector<CellVoxels> columns;
+  columns.reserve(box.size[0]);
   for (int i = 0; i < box.size[0]; ++i) columns.emplace_back(box.first[0] + i, cell[0], size[0]);
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> all = volume.voxels<T>();

@@ -40,8 +40,8 @@ struct EvidenceSettings {
   // ---- Box: margin about the marks, the larger of a share of their extent and of so many voxels
   double margin_share = 0.5;
   double least_margin = 10;
-  /// Growth of the box stops where the object fills or nears its sides and has this volume, in balls of the object's scale. Of
-  /// 85 reference objects (docs/results/clinical-size.md), 90% have less than 13.
+  /// Growth of the box stops where the object fills or nears its sides and has this volume, in balls of the object's
+  /// scale. Of 85 reference objects (docs/results/clinical-size.md), 90% have less than 13.
   double max_volume = 16;
   double max_cells = 2.2e6;  ///< largest number of cells of a box; larger boxes have larger cells
 

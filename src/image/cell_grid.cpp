@@ -65,6 +65,7 @@ Mask mask_above(const VolumeGeometry& volume, const CellSize& cell, const VoxelB
   const VoxelToCell to_cell(cell);
   std::array<std::vector<BetweenCells>, 3> between;
   for (int a = 0; a < 3; ++a) {
+    between[a].reserve(voxels.size[a]);
     for (int v = voxels.first[a]; v < voxels.first[a] + voxels.size[a]; ++v) {
       const double at = std::clamp(to_cell(a, v) - box.first[a], 0.0, box.size[a] - 1.0);
       const int low = static_cast<int>(at);

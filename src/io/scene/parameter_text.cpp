@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/expect.h"
 #include "core/number_text.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
@@ -105,7 +106,7 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
 }
 
 std::string unknown_name(std::string_view name, const std::vector<std::string>& candidates) {
-  const std::string quoted = std::string("'").append(name).append("' is unknown");
+  const std::string quoted = std::string("'").append(one_line(std::string(name))).append("' is unknown");
   return candidates.empty() ? quoted : quoted + ", the nearest known is '" + nearest_name(name, candidates) + "'";
 }
 

@@ -57,7 +57,8 @@ StoredType type_of(const NrrdHeader& header) {
 struct Axes {
   std::vector<std::size_t> space;  ///< indices of the spatial axes, at most 3
   double frames = 1, components = 1;
-  double interleaved = 1;  ///< values along axes faster than the spatial ones; 0: an axis lies between spatial ones
+  double interleaved =
+      1;  ///< values along axes faster than the spatial ones; 0: an axis of more values lies between them
 };
 
 Axes axes_of(const NrrdHeader& header, const std::vector<std::vector<double>>& directions) {
@@ -76,7 +77,7 @@ Axes axes_of(const NrrdHeader& header, const std::vector<std::vector<double>>& d
     } else {
       (temporal || spatial ? axes.frames : axes.components) *= size;
       if (axes.space.empty()) axes.interleaved *= size;
-      after_space = !axes.space.empty();
+      after_space = after_space || (!axes.space.empty() && size > 1);
     }
   }
   for (; axes.space.size() > 3; axes.space.pop_back()) axes.frames *= static_cast<double>(sizes[axes.space.back()]);
