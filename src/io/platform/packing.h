@@ -65,17 +65,17 @@ class Unpacker {
 namespace packing {
 
 template <class T>
-constexpr bool is_vector = false;
+inline constexpr bool is_vector = false;
 template <class T>
-constexpr bool is_vector<std::vector<T>> = true;
+inline constexpr bool is_vector<std::vector<T>> = true;
 template <class T>
-constexpr bool is_optional = false;
+inline constexpr bool is_optional = false;
 template <class T>
-constexpr bool is_optional<std::optional<T>> = true;
+inline constexpr bool is_optional<std::optional<T>> = true;
 template <class T>
-constexpr bool is_shared = false;
+inline constexpr bool is_shared = false;
 template <class T>
-constexpr bool is_shared<std::shared_ptr<const T>> = true;
+inline constexpr bool is_shared<std::shared_ptr<const T>> = true;
 
 template <class T>
 concept Number = std::is_arithmetic_v<T> || std::is_enum_v<T>;
