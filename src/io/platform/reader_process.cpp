@@ -193,6 +193,7 @@ ReaderProcess::ReaderProcess() {
   std::vector<std::string> environment = environment_with_folder(folder_.path().string());
   const auto pointers = [](std::vector<std::string>& texts) {
     std::vector<char*> list;
+    list.reserve(texts.size() + 1);
     for (std::string& text : texts) list.push_back(text.data());
     list.push_back(nullptr);
     return list;

@@ -59,7 +59,7 @@ constexpr std::size_t kMincBlockBytes = 32 << 20;  ///< largest block per call o
 namespace in_reader {
 
 MincHeader describe_minc(const std::filesystem::path& path);
-void read_minc_voxels(ResponseWriter& response, const std::filesystem::path& path, const int& volume);
+void read_minc_voxels(ResponseWriter& response, const std::filesystem::path& path, const int& number);
 
 }  // namespace in_reader
 }  // namespace simplexseg
