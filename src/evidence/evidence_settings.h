@@ -41,7 +41,7 @@ struct EvidenceSettings {
   double margin_share = 0.5;
   double least_margin = 10;
   /// Growth of the box stops where the object fills or nears its sides and has this volume, in balls of the object's
-  /// scale. Of 85 reference objects (docs/results/clinical-size.md), 90% have less than 13.
+  /// scale. Of 97 reference objects (docs/results/clinical-size.md), 85% have less than 12.
   double max_volume = 16;
   double max_cells = 2.2e6;  ///< largest number of cells of a box; larger boxes have larger cells
 
