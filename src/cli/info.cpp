@@ -7,6 +7,7 @@
 #include "cli/commands.h"
 #include "core/number_text.h"
 #include "io/platform/files.h"
+#include "io/source/volume_source.h"
 #include "io/volume/volume_io.h"
 
 namespace simplexseg {
@@ -25,13 +26,14 @@ std::string text_of(const Eigen::Vector3d& v) {
 }
 
 void info(const InfoOptions& options, const Console& console) {
-  const VolumeInfo info = read_volume_info(options.path, options.volume);
+  const VolumeSource source = open_volume(options.path, options.volume);
+  const VolumeInfo& info = source.info;
   std::vector<std::string> warnings = info.warnings;
   Volume::Range range{0, 0};
   const bool readable = info.components == 1 && (info.frames == 1 || info.frame > 0);
   if (readable) {  // also reads the voxels, which detects truncated files
     const Progress progress(console, "reading");
-    const LoadedVolume loaded = load_volume(options.path, options.volume);
+    const LoadedVolume loaded = load_volume(source, options.path);
     range = loaded.volume.range();
     warnings = loaded.warnings;
   }
