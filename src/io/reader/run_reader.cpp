@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/reader/run_reader.h"
 
+#include <malloc.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -72,6 +73,9 @@ int run_reader(int argc, char** argv, const RequestTable& table) {
   std::signal(SIGPIPE, SIG_IGN);
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
+  // Freed memory is kept for the next frame: its return to the system took a fifth of the time of decoding.
+  ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  ::mallopt(M_TRIM_THRESHOLD, 64 << 20);
   const fs::path temporary_folder = argv[2];
   std::thread(watch_channel, temporary_folder).detach();
   ResponseWriter response(kReaderChannel);
