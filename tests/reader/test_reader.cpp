@@ -69,11 +69,10 @@ void send_then_fail(ResponseWriter& response, const Path& path, const std::uint6
 }
 
 /// Crashes for files that begin with "crash".
-void scan_files(ResponseWriter& response, const Path& first, const std::vector<Path>& files) {
-  for (const Path& file : files) {
+std::vector<DicomFileScan> scan_files(const Path& first, const std::vector<Path>& files) {
+  for (const Path& file : files)
     if (file.filename().string().starts_with("crash")) std::abort();
-    in_reader::scan_dicom_files(response, first, {file});
-  }
+  return in_reader::scan_dicom_files(first, files);
 }
 
 }  // namespace
@@ -85,6 +84,6 @@ int main(int argc, char** argv) {
   add_request(table, test::kAllocate, allocate);
   add_request(table, test::kLeaveFile, leave_file);
   add_stream(table, test::kSend, send_then_fail);
-  add_stream(table, kDicomHeaders, scan_files);
+  add_request(table, kDicomHeaders, scan_files);
   return run_reader(argc, argv, table);
 }

@@ -75,8 +75,8 @@ auto fields_of(T& region) {
 /// Compressed file to be decoded.
 using CompressedFile = std::pair<std::filesystem::path, DicomPixels>;
 
-/// The response has a part for each file: its packed DicomFileScan.
-inline constexpr RequestType<void, std::vector<std::filesystem::path>> kDicomHeaders{"dicom headers"};
+inline constexpr RequestType<std::vector<DicomFileScan>, std::vector<std::filesystem::path>> kDicomHeaders{
+    "dicom headers"};
 inline constexpr RequestType<std::string> kDicomClassName{"dicom class name"};
 inline constexpr RequestType<bool> kDicomIsReadable{"dicom is readable"};
 inline constexpr RequestType<std::vector<std::string>, std::vector<DicomTag>> kDicomTexts{"dicom texts"};
@@ -94,8 +94,8 @@ std::vector<std::string> read_dicom_values(const std::filesystem::path& file, co
 
 namespace in_reader {
 
-void scan_dicom_files(ResponseWriter& response, const std::filesystem::path& first,
-                      const std::vector<std::filesystem::path>& files);
+std::vector<DicomFileScan> scan_dicom_files(const std::filesystem::path& first,
+                                            const std::vector<std::filesystem::path>& files);
 std::string sop_class_name(const std::filesystem::path& path);
 bool is_readable_dicom(const std::filesystem::path& path);
 std::vector<std::string> read_dicom_values(const std::filesystem::path& path, const std::vector<DicomTag>& tags);

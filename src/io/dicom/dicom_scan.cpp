@@ -227,84 +227,102 @@ class HeaderBatch {
  public:
   HeaderBatch(const std::vector<fs::path>& files, std::vector<DicomFileScan>& scans) : files_(files), scans_(scans) {}
 
-  /// Requests the headers of the files with these indices. The headers of the batch before must have been received.
-  void send(std::vector<std::size_t> indices) {
-    indices_ = std::move(indices);
-    received_ = 0;
-    send_rest();
+  /// Adds the file with this index. Returns true when the batch is full.
+  bool add(std::size_t index) {
+    constexpr std::size_t max_files = 64;
+    constexpr std::uintmax_t max_bytes = 64 << 20;
+    if (next_.empty()) prepare_reader();
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(files_[index], error);
+    next_.push_back(index);
+    next_bytes_ += error ? 0 : bytes;
+    return next_.size() >= max_files || next_bytes_ >= max_bytes;
   }
 
-  /// Receives all headers of the batch. After a failure of the worker process, another reads those that are left.
+  /// Receives the headers that are in request, and requests those of the files that were added since.
+  void exchange() {
+    receive();
+    requested_ = std::exchange(next_, {});
+    bytes_ = std::exchange(next_bytes_, 0);
+    request(requested_.size());
+  }
+
+  /// Receives the headers that are in request. When a request for several files fails, each is requested alone, so that
+  /// only a damaged file is omitted.
   void receive() {
-    while (received_ < indices_.size()) {
-      const std::size_t index = indices_[received_++];
+    while (request_) {
       try {
-        scans_[index] = unpacked_response<DicomFileScan>(request_->next_part());
-        for (DicomSlice& slice : scans_[index].slices) {
-          if (!is_plausible(slice)) throw ReaderFailure("it is damaged (the library that reads it failed)");
-          slice.file = files_[index];
-        }
-        if (received_ == indices_.size()) request_->finish();
+        store(result_of(*request_, kDicomHeaders));
       } catch (const ReaderFailure& failure) {
-        scans_[index] = {.slices = {}, .failure = failure.what()};
-        send_rest();
+        if (in_request_ == 1) scans_[requested_[received_++]] = {.slices = {}, .failure = failure.what()};
       }
+      request(1);
     }
   }
 
  private:
-  void send_rest() {
+  /// Requests the next `count` headers, or less if less are left.
+  void request(std::size_t count) {
     request_.reset();
-    std::vector<fs::path> rest;
-    ReaderLimits largest;
-    for (std::size_t n = received_; n < indices_.size(); ++n) {
-      const fs::path& file = files_[indices_[n]];
-      rest.push_back(fs::absolute(file));
-      const ReaderLimits limits = limits_for_file(file);
-      largest.memory_bytes = std::max(largest.memory_bytes, limits.memory_bytes);
-      largest.cpu_seconds = std::max(largest.cpu_seconds, limits.cpu_seconds);
+    in_request_ = std::min(count, requested_.size() - received_);
+    if (in_request_ == 0) {
+      requested_.clear();
+      received_ = 0;
+      return;
     }
-    if (rest.empty()) return;
-    const fs::path& first = files_[indices_[received_]];
-    request_ = std::make_unique<ReaderRequest>(packed_request(kDicomHeaders, first, rest), first, largest);
+    std::vector<fs::path> paths;
+    paths.reserve(in_request_);
+    for (std::size_t n = 0; n < in_request_; ++n) paths.push_back(fs::absolute(files_[requested_[received_ + n]]));
+    ReaderLimits limits = limits_for_bytes(bytes_);
+    limits.min_idle_timeout_s += static_cast<int>(in_request_);  // files can be on a slow disk
+    const fs::path& first = files_[requested_[received_]];
+    request_ = std::make_unique<ReaderRequest>(packed_request(kDicomHeaders, first, paths), first, limits);
+  }
+
+  void store(std::vector<DicomFileScan> found) {
+    if (found.size() != in_request_) throw ReaderFailure();
+    for (const DicomFileScan& scan : found)
+      if (!std::all_of(scan.slices.begin(), scan.slices.end(), is_plausible)) throw ReaderFailure();
+    for (DicomFileScan& scan : found) {
+      const std::size_t index = requested_[received_++];
+      for (DicomSlice& slice : scan.slices) slice.file = files_[index];
+      scans_[index] = std::move(scan);
+    }
   }
 
   const std::vector<fs::path>& files_;
   std::vector<DicomFileScan>& scans_;
-  std::vector<std::size_t> indices_;
-  std::size_t received_ = 0;
+  std::vector<std::size_t> next_, requested_;  ///< indices of files
+  std::uintmax_t next_bytes_ = 0, bytes_ = 0;  ///< sizes of next_ and requested_
+  std::size_t received_ = 0;                   ///< number of requested_ files that are done
+  std::size_t in_request_ = 0;                 ///< number of files in request_
   std::unique_ptr<ReaderRequest> request_;
 };
 
 }  // namespace
 
-void in_reader::scan_dicom_files(ResponseWriter& response, const fs::path&, const std::vector<fs::path>& files) {
-  for (const fs::path& file : files) {
-    limit_this_process(limits_for_file(file));
-    DicomFileScan scan;
+std::vector<DicomFileScan> in_reader::scan_dicom_files(const fs::path&, const std::vector<fs::path>& files) {
+  std::vector<DicomFileScan> scans(files.size());
+  for (std::size_t n = 0; n < files.size(); ++n) {
+    restart_processor_time();
     try {
-      scan.slices = slices_in(file);
+      scans[n].slices = slices_in(files[n]);
     } catch (...) {
-      scan.failure = reason_of_exception();
+      scans[n].failure = reason_of_exception();
     }
-    const std::string bytes = packed(scan);
-    response.data(bytes.data(), bytes.size());
   }
+  return scans;
 }
 
 std::vector<DicomFileScan> scan_dicom_files(const std::vector<fs::path>& files,
                                             const std::function<void(std::size_t)>& report) {
-  constexpr std::size_t batch_size = 64;
   std::vector<DicomFileScan> scans(files.size());
   HeaderBatch batch(files, scans);
-  std::vector<std::size_t> next;
   for (std::size_t index = 0; index < files.size(); ++index) {
     report(index);
-    if (has_readable_header(files[index], scans[index].failure)) next.push_back(index);
-    if (next.size() < batch_size && index + 1 < files.size()) continue;
-    batch.receive();
-    batch.send(std::exchange(next, {}));
+    if (has_readable_header(files[index], scans[index].failure) && batch.add(index)) batch.exchange();
   }
+  batch.exchange();
   batch.receive();
   return scans;
 }

@@ -67,7 +67,7 @@ std::string reason_of_exception() {
   } catch (const std::exception& exception) {
     return message_of(exception).substr(0, max_length);
   } catch (...) {
-    return "it is damaged (the library that reads it failed)";
+    return kLibraryFailed;
   }
 }
 

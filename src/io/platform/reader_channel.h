@@ -16,6 +16,8 @@ constexpr int kReaderChannel = 3;       ///< file descriptor of the socket in th
 constexpr int kReaderIdleSeconds = 30;  ///< time without a request after which the worker process exits
 constexpr int kExitOtherVersion = 3;    ///< exit status of a worker process of another version
 constexpr std::uint32_t kFrameMark = 0x52445331;
+/// Reason of a failure when a library crashed or threw an unknown exception.
+inline constexpr const char* kLibraryFailed = "it is damaged (the library that reads it failed)";
 
 struct RequestHead {
   std::uint64_t bytes = 0;  ///< size of the packed request

@@ -2,6 +2,7 @@
 // Limits of a worker process (reader_process.h), for each request or each file.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 
 namespace simplexseg {
@@ -15,10 +16,13 @@ struct ReaderLimits {
   int idle_timeout_s() const { return min_idle_timeout_s + 10 * cpu_seconds; }
 };
 
-/// Returns limits for a file that is read as a whole: more memory and time for a large file.
+/// Returns limits for files of this size that are read as a whole: more memory and time for large files.
+ReaderLimits limits_for_bytes(std::uintmax_t bytes);
 ReaderLimits limits_for_file(const std::filesystem::path& file);
 
 /// Limits memory and processor time of this process, which is a worker process, from now on.
 void limit_this_process(const ReaderLimits& limits);
+/// Grants the whole processor time of the last limits again, for the next of several files.
+void restart_processor_time();
 
 }  // namespace simplexseg

@@ -229,6 +229,8 @@ std::optional<int> ReaderProcess::end(std::chrono::milliseconds patience) {
   return killed ? std::nullopt : std::optional(status);
 }
 
+ReaderFailure::ReaderFailure() : std::runtime_error(kLibraryFailed) {}
+
 ReaderRequest::ReaderRequest(std::string packed, fs::path file, const ReaderLimits& limits)
     : packed_(std::move(packed)),
       file_(std::move(file)),
@@ -275,7 +277,7 @@ void ReaderRequest::repeat_or_fail() {
   if (WIFEXITED(*status) && WEXITSTATUS(*status) == 127)
     throw ReaderUnavailable("cannot read " + quoted(file_), "the program simplexseg-reader lacks a library",
                             "install SimplexSeg again");
-  if (!ended_without_cause(*status)) throw ReaderFailure("it is damaged (the library that reads it failed)");
+  if (!ended_without_cause(*status)) throw ReaderFailure();
   if (!std::exchange(can_repeat_, false))
     throw ReaderUnavailable("cannot read " + quoted(file_), "the process that reads it was killed", "try again");
   process_ = new_process();
@@ -284,7 +286,7 @@ void ReaderRequest::repeat_or_fail() {
 
 void ReaderRequest::fail_by_garbage() {
   process_.reset();
-  throw ReaderFailure("it is damaged (the library that reads it failed)");
+  throw ReaderFailure();
 }
 
 void ReaderRequest::receive(void* to, std::size_t bytes) {
@@ -322,20 +324,19 @@ void ReaderRequest::read(void* to, std::size_t bytes) {
   }
 }
 
-/// Receives the next frame as a whole. `data`: see next_frame().
-std::string ReaderRequest::message(bool data) {
-  if (frame_left_ > 0) fail_by_garbage();
-  const std::uint64_t bytes = next_frame(data);
-  if (bytes > limits_.memory_bytes) fail_by_garbage();
-  std::string text(bytes, '\0');
-  receive(text.data(), text.size());
-  return text;
-}
-
 std::string ReaderRequest::finish() {
-  std::string result = message(false);
+  if (frame_left_ > 0) fail_by_garbage();
+  const std::uint64_t bytes = next_frame(false);
+  if (bytes > limits_.memory_bytes) fail_by_garbage();
+  std::string result(bytes, '\0');
+  receive(result.data(), result.size());
   reader_pool().release(std::move(process_));
   return result;
+}
+
+void prepare_reader() {
+  std::unique_ptr<ReaderProcess> process = reader_pool().take_idle();
+  reader_pool().release(process ? std::move(process) : new_process());
 }
 
 void end_idle_readers() { reader_pool().clear(); }

@@ -20,6 +20,7 @@ namespace simplexseg {
 class ReaderFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+  ReaderFailure();  ///< crash
 };
 
 /// Failure without any relation to the file: the program simplexseg-reader is missing, cannot be started, or was
@@ -44,8 +45,6 @@ class ReaderRequest {
 
   /// Waits for the next `bytes` bytes of the stream.
   void read(void* to, std::size_t bytes);
-  /// Waits for the next part of a stream that consists of packed values.
-  std::string next_part() { return message(true); }
   /// Waits for the packed result, which ends the response.
   std::string finish();
 
@@ -55,7 +54,6 @@ class ReaderRequest {
   void repeat_or_fail();
   void receive(void* to, std::size_t bytes);
   std::uint64_t next_frame(bool data);
-  std::string message(bool data);
   [[noreturn]] void fail_by_garbage();
 
   std::string packed_;
@@ -66,6 +64,9 @@ class ReaderRequest {
   bool can_repeat_ = false;       ///< the process was idle before, and has not responded
   std::unique_ptr<ReaderProcess> process_;
 };
+
+/// Starts a worker process if none is idle, so that it is ready when the next request is made.
+void prepare_reader();
 
 /// Ends all idle worker processes and deletes their temporary folders. Without this call the processes exit after
 /// kReaderIdleSeconds, or with the program.

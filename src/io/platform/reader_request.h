@@ -28,11 +28,12 @@ std::string packed_request(const RequestType<Result, Arguments...>& type, const 
   return to.bytes();
 }
 
-/// Unpacks a part or the result of a response. Throws ReaderFailure.
-template <class T>
-T unpacked_response(const std::string& response) {
+/// Waits for the result of a request. Throws like ReaderRequest.
+template <class Result, class... Arguments>
+Result result_of(ReaderRequest& request, const RequestType<Result, Arguments...>&) {
+  const std::string response = request.finish();
   try {
-    return unpacked<T>(response);
+    return unpacked<Result>(response);
   } catch (const BadPacking& fault) {
     throw ReaderFailure(fault.what());
   }
@@ -42,7 +43,8 @@ T unpacked_response(const std::string& response) {
 template <class Result, class... Arguments>
 Result request_result(const RequestType<Result, Arguments...>& type, const std::filesystem::path& file,
                       const ReaderLimits& limits, const std::type_identity_t<Arguments>&... arguments) {
-  return unpacked_response<Result>(ReaderRequest(packed_request(type, file, arguments...), file, limits).finish());
+  ReaderRequest request(packed_request(type, file, arguments...), file, limits);
+  return result_of(request, type);
 }
 
 }  // namespace simplexseg

@@ -13,7 +13,7 @@ RequestTable reader_requests() {
   gdcm::Trace::WarningOff();
   gdcm::Trace::ErrorOff();
   RequestTable all;
-  add_stream(all, kDicomHeaders, in_reader::scan_dicom_files);
+  add_request(all, kDicomHeaders, in_reader::scan_dicom_files);
   add_request(all, kDicomClassName, in_reader::sop_class_name);
   add_request(all, kDicomIsReadable, in_reader::is_readable_dicom);
   add_request(all, kDicomTexts, in_reader::read_dicom_values);
