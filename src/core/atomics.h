@@ -74,6 +74,30 @@ SIMPLEXSEG_HD int load_relaxed(const int* at) {
   return __atomic_load_n(at, __ATOMIC_RELAXED);
 #endif
 }
+SIMPLEXSEG_HD float load_relaxed(const float* at) {
+#ifdef __CUDA_ARCH__
+  return *at;
+#else
+  float x;
+  __atomic_load(at, &x, __ATOMIC_RELAXED);
+  return x;
+#endif
+}
+/// Writes a value that other threads may be reading, without memory ordering.
+SIMPLEXSEG_HD void store_relaxed(float* at, float value) {
+#ifdef __CUDA_ARCH__
+  *at = value;
+#else
+  __atomic_store(at, &value, __ATOMIC_RELAXED);
+#endif
+}
+SIMPLEXSEG_HD void store_relaxed(int* at, int value) {
+#ifdef __CUDA_ARCH__
+  *at = value;
+#else
+  __atomic_store_n(at, value, __ATOMIC_RELAXED);
+#endif
+}
 /// Writes a flag that several threads may set to the same value at once.
 SIMPLEXSEG_HD void store_relaxed(unsigned char* at, unsigned char value) {
 #ifdef __CUDA_ARCH__

@@ -119,8 +119,9 @@ struct CellVoxels {
 
   CellVoxels(int index, double cell, int size)
       : begin(index * cell), stop(std::min((index + 1) * cell, static_cast<double>(size))) {
-    first = std::min(static_cast<int>(begin), size - 1);
-    end = std::clamp(static_cast<int>(std::ceil(stop)), first + 1, size);
+    constexpr double kRounding = 1e-6;  // as in voxels_around()
+    first = std::min(static_cast<int>(begin + kRounding), size - 1);
+    end = std::clamp(static_cast<int>(std::ceil(stop - kRounding)), first + 1, size);
   }
   /// Part of a voxel in the cell.
   float weight(int voxel) const {

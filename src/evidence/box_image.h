@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "evidence/padded_array.h"
+#include "evidence/box_grid.h"
 #include "evidence/run_jobs.h"
 #include "image/cell_grid.h"
 #include "image/distance_map.h"

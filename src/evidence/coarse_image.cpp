@@ -9,12 +9,13 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kLeastBlocks = 8;  // along an axis
+constexpr int kLeastBlocks = 8;    // along an axis
+constexpr double kRoundUp = 0.25;  // widths from n + 0.75 on become n + 1
 
 std::array<int, 3> width_for(const VolumeGeometry& volume, const BoxGrid& grid, double reach_mm,
                              const EvidenceSettings& settings) {
   const double least = volume.spacing_mm.minCoeff();
-  const int wide = std::clamp(static_cast<int>(reach_mm / least / settings.least_reach), 1, kWidestBlock);
+  const int wide = std::clamp(static_cast<int>(reach_mm / least / settings.least_reach + kRoundUp), 1, kWidestBlock);
   std::array<int, 3> width;
   for (int a = 0; a < 3; ++a) {
     width[a] = std::max(1, static_cast<int>(std::lround(wide * least / volume.spacing_mm[a])));

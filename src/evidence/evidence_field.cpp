@@ -62,11 +62,6 @@ void EvidenceField::set_region(const VoxelBox& voxels) {
   box_ = cells_around(voxels, cell_, volume.size);
 }
 
-const CoarsePrior& EvidenceField::prior() const {
-  SIMPLEXSEG_EXPECT(voxels_->prior() != nullptr);
-  return *voxels_->prior();
-}
-
 void EvidenceField::check(std::span<const Mark> marks) const {
   bool inside = false;
   for (std::size_t m = 0; m < marks.size(); ++m) {

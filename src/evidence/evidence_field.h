@@ -39,7 +39,7 @@ class EvidenceField {
   struct Report {
     int iterations = 0;  ///< of the solver, the last time
     int growths = 0;     ///< of the box in the last update
-    double error = 0;    ///< bound of the field's error at which the solver stopped
+    double error = 0;    ///< largest correction at which the solver stopped; errors are a few times that
     double beta = 0;     ///< sharpness of the conductances
     /// Whether growth stopped because the object spread: it filled 5% of the sides of the box or came near four sides,
     /// filled a fifth of its bounding box, and had more than EvidenceSettings::max_volume times the volume of a ball of
@@ -53,7 +53,8 @@ class EvidenceField {
     bool leaks = false;
     /// Dice of object() with the true object, as far as the field knew before its surface settled: each voxel being the
     /// true object's with its probability, 2 sum(P in the object) / (voxels of the object + sum(P)); 0 without an
-    /// object. Source: Lipton, Elkan and Naryanaswamy 2014, Optimal thresholding of classifiers to maximize F1 measure.
+    /// object. Source: Lipton, Elkan and Narayanaswamy 2014, Optimal thresholding of classifiers to maximize F1
+    /// measure.
     double expected_dice = 0;
   };
   const Report& report() const { return report_; }
@@ -72,18 +73,16 @@ class EvidenceField {
   std::vector<std::uint16_t> values(const FieldValue& value) const { return voxels_->values(value); }
   /// Radius for the mark of a click, brush_radius_mm().
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
-  /// What the networks of the prior saw in the last update on the blocks of the prior, feature by feature, to learn
-  /// from: MarkFeatures, and UpdateFeatures with, last, whether the nearest new mark is an inside one; the latter empty
-  /// without new marks. On the CPU alone.
-  std::vector<std::vector<float>> mark_features() const { return prior().mark_features(voxels_->prompts()); }
-  std::vector<std::vector<float>> update_features() const { return prior().update_features(voxels_->prompts()); }
-  const CoarsePrior& prior() const;
+  /// Records the inputs of the networks of the prior at the next updates, to train them.
+  void record_features(bool record) { voxels_->record_features(record); }
+  /// Those of the last update that recorded them.
+  const PriorFeatures& features() const { return voxels_->features(); }
   /// Memory held for the box.
   std::size_t bytes() const;
 
  private:
   void check(std::span<const Mark> marks) const;
-  /// Sets the region of interest (a box of voxels) and the cells on which it is solved, which never become smaller.
+  /// Sets the region of interest (a box of voxels) and the cells on which it is solved.
   void set_region(const VoxelBox& voxels);
   void remember(std::span<const Mark> marks);
   /// What a new mark found to be wrong with the field before.

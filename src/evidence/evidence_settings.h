@@ -15,7 +15,7 @@ struct EvidenceSettings {
   double beta = 1000;
   double least_beta = 1200, largest_beta = 8000;  ///< bounds of what `sharpness` gives
 
-  // ---- Prior: what learned networks say of MarkFeatures and UpdateFeatures
+  // ---- Prior: what learned networks say of MarkView and UpdateView
   double prior_pull = 0.1;  ///< how strongly a voxel is drawn to it, in mean conductances of its edges; 0: no prior
   const PriorNetworks* networks = nullptr;  ///< must outlive the field; null: the program's own
   bool use_appearance = true;               ///< appearance likelihood learned from the marks' voxels
@@ -27,7 +27,7 @@ struct EvidenceSettings {
                                      ///< are the box's sides
   bool memory = true;                ///< new marks change the field before; else all are heard as if for the first time
   double far_memory = 0.5;           ///< share of the field before in what is said far from new marks
-  double far_depths = 1;             ///< depths of the mark (FreshMark) at which that begins; it is whole at twice this
+  double far_depths = 1;  ///< depths of the mark (NewMarkBall) at which that begins; it is whole at twice this
   bool expected_dice_threshold = true;  ///< whether the prior is cut at the threshold of the largest expected Dice
   double open_side = 0.2;  ///< a voxel of the box's sides that looks so much like inside marks may be the object's
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "evidence/marked_voxels.h"
-#include "evidence/run_jobs.h"
 #include "image/distance_map.h"
 
 namespace simplexseg {
@@ -22,7 +21,8 @@ struct FieldObject {
   std::size_t count = 0;             ///< number of voxels of the object
   double border_share = 0;           ///< of the voxels within four of a side of the box, how many are of the object
 };
-FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> known, const VoxelBox& box,
-                            const RunJobs& run);
+
+/// Finds the object of a field on the CPU.
+FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> known, const VoxelBox& box);
 
 }  // namespace simplexseg

@@ -4,12 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/expect.h"
-#include "core/vec3.h"
 #include "evidence/find_value.h"
-#include "evidence/mark_features.h"
-#include "evidence/prior_network.h"
-#include "evidence/update_features.h"
 
 namespace simplexseg {
 namespace {
@@ -17,7 +12,7 @@ namespace {
 constexpr double kLeastCut = 0.2;
 constexpr std::size_t most_samples = 2000;  // of one kind: more teach the classifier nothing, and cost time
 
-using Samples = std::vector<MarkClassifier::Sample>;
+using Samples = std::vector<ClassifierSample>;
 
 /// At most so many of these voxels, evenly, with the weight of all.
 Samples thinned(std::span<const int> voxels) {
@@ -30,27 +25,8 @@ Samples thinned(std::span<const int> voxels) {
 
 float total(const Samples& samples) {
   float sum = 0;
-  for (const MarkClassifier::Sample& s : samples) sum += s.weight;
+  for (const ClassifierSample& s : samples) sum += s.weight;
   return sum;
-}
-
-std::vector<float> score_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
-  std::vector<float> score(input.known.size());
-  if (!settings.use_appearance) return score;
-  const LookSamples samples = look_samples(input.known, settings);
-  if (samples.inside.empty() || samples.outside.empty()) return score;
-  MarkClassifier(input.features, samples.inside, samples.outside, {}, run).score(input.features, score, run);
-  return score;
-}
-
-void move_to_best_cut(std::vector<std::uint8_t>& probability, std::span<const Constraint> known) {
-  std::array<int, 256> count{};
-  for (std::size_t v = 0; v < known.size(); ++v)
-    if (const int p = counted_for_cut(known[v], probability[v]); p >= 0) ++count[p];
-  const double raise = raise_to_best_cut(count);
-  std::array<std::uint8_t, 256> moved;
-  for (int p = 0; p < 256; ++p) moved[p] = moved_by(p, raise);
-  for (std::uint8_t& p : probability) p = moved[p];
 }
 
 }  // namespace
@@ -100,42 +76,10 @@ LookSamples look_samples(std::span<const Constraint> known, const EvidenceSettin
   const float dots = total(outside), far = total(border), share = static_cast<float>(settings.outside_marks_share);
   if (dots > 0 && far > 0 && dots < share * (dots + far)) {
     const float raise = share >= 1 ? 1e6f : share / (1 - share) * far / dots;
-    for (MarkClassifier::Sample& s : outside) s.weight *= raise;
+    for (ClassifierSample& s : outside) s.weight *= raise;
   }
   outside.insert(outside.end(), border.begin(), border.end());
   return {std::move(inside), std::move(outside)};
-}
-
-Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
-  Looks looks{score_of(input, settings, run), std::vector<std::uint8_t>(input.known.size())};
-  for (std::size_t v = 0; v < looks.open.size(); ++v)
-    looks.open[v] = is_open(input.known[v], looks.score[v], settings.open_side);
-  return looks;
-}
-
-std::vector<std::uint8_t> field_prior(const PriorInput& input, const Looks& looks, std::span<const float> walk,
-                                      const EvidenceSettings& settings, const RunJobs& run) {
-  SIMPLEXSEG_EXPECT(walk.size() == input.known.size());
-  const int n = static_cast<int>(input.known.size());
-  const PriorNetworks& networks = settings.networks ? *settings.networks : learned_networks();
-  std::vector<std::uint8_t> target(n);
-  {
-    const MarkFeatures features(input, looks, walk, settings, run);
-    networks.marks.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, target,
-                            run);
-  }
-  if (input.fresh.empty() || !settings.memory) {
-    if (settings.expected_dice_threshold) move_to_best_cut(target, input.known);
-    return target;
-  }
-  const UpdateFeatures features(input, target, settings, run);
-  std::vector<std::uint8_t> same_side(n);
-  networks.update.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, same_side,
-                           run);
-  for_each_index(run, n, [view = features.view(), same = same_side.data(), to = target.data()](int v) {
-    to[v] = view.with_memory(v, same[v]);
-  });
-  return target;
 }
 
 }  // namespace simplexseg

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "evidence/coarse_prior.h"
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
 #include "evidence/field_value.h"
@@ -20,6 +20,23 @@
 #include "image/volume.h"
 
 namespace simplexseg {
+
+/// Ball of a mark that was made since the field before; a boundary mark has two.
+struct NewMarkBall {
+  Eigen::Vector3d centre_mm;
+  double radius_mm;
+  bool inside;      ///< else outside
+  double depth_mm;  ///< from its centre to the nearest voxel on the other side of the field before
+};
+
+/// Inputs of the networks of the prior on its blocks, to train them.
+struct PriorFeatures {
+  std::array<int, 3> size{};               ///< of the grid of blocks
+  std::vector<Constraint> known;           ///< of each block
+  std::vector<std::vector<float>> marks;   ///< MarkView, one list per feature
+  std::vector<std::vector<float>> update;  ///< UpdateView; empty without new marks
+  std::vector<std::uint8_t> near_inside;   ///< whether the nearest new mark is an inside one; empty without new marks
+};
 
 /// Solver of an evidence field on a box of cells, which are voxels or blocks of voxels of the volume
 /// (image/cell_grid.h). EvidenceField determines the box and the order of the steps. Lengths in mm. The volume outlives
@@ -75,9 +92,9 @@ class FieldSolver {
   virtual std::span<const Constraint> known() const = 0;
   /// field_values() of the field and its object.
   virtual std::vector<std::uint16_t> values(const FieldValue& value) const = 0;
-  /// What the prior's networks saw (EvidenceField), where that is the CPU's; else null.
-  virtual const CoarsePrior* prior() const { return nullptr; }
-  virtual Prompts prompts() const { return {}; }
+  /// Records the features of the prior at the next updates (EvidenceField::record_features).
+  virtual void record_features(bool record) = 0;
+  virtual const PriorFeatures& features() const = 0;
   virtual std::size_t bytes() const = 0;
   /// Completed fraction of the present update. EvidenceField reports the ends of calls; a solver reports phases within
   /// a call, on the thread of the caller.

@@ -2,11 +2,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "core/vec3.h"
-#include "evidence/run_jobs.h"
 
 namespace simplexseg {
 
@@ -27,35 +25,21 @@ struct FourierTerms {
 /// Values of all voxels of a box, one list for each feature, about zero with deviation 1.
 using FeatureLists = std::vector<std::vector<float>>;
 
-/// What tells inside from outside, learned from marked voxels: ridge regression to +1 and -1 on random Fourier features
-/// (Rahimi and Recht 2007, Random Features for Large-Scale Kernel Machines), a Gaussian kernel. Either side has the
-/// same weight in all, whatever its number of voxels.
-class MarkClassifier {
- public:
-  struct Settings {
-    int terms = 128;
-    double kernel_width = 3;  ///< in deviations of the features
-    double ridge = 0.01;
-  };
-  /// `inside`, `outside`: voxels and their weights, each list not empty.
-  struct Sample {
-    int voxel;
-    float weight;
-  };
-  MarkClassifier(const FeatureLists& features, std::span<const Sample> inside, std::span<const Sample> outside,
-                 const Settings& settings, const RunJobs& run);
-  /// About +1 for what looks like the inside, -1 for what looks like the outside, 0 for what looks like neither.
-  void score(const FeatureLists& features, std::span<float> out, const RunJobs& run) const;
-
- private:
-  std::size_t features_;
-  FourierTerms terms_;
-  std::vector<float> weight_;  ///< of each term
+/// Classifier of cells, inside or outside, trained with marked cells: ridge regression to +1 and -1 on random Fourier
+/// features, an approximation of a Gaussian kernel. Both classes have the same total weight. Source: Rahimi and Recht
+/// 2007, Random Features for Large-Scale Kernel Machines.
+struct ClassifierSettings {
+  int terms = 128;
+  double kernel_width = 3;  ///< in deviations of the features
+  double ridge = 0.01;
+};
+struct ClassifierSample {
+  int voxel;
+  float weight;
 };
 /// The same numbers every time.
-FourierTerms fourier_terms(const MarkClassifier::Settings& settings, int features);
+FourierTerms fourier_terms(const ClassifierSettings& settings, int features);
 /// The weight of each term: the solution of the ridge regression with these equations, of which the lower half is read.
-std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right,
-                                const MarkClassifier::Settings& settings);
+std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right, const ClassifierSettings& settings);
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is measured of all voxels before MarkFeatures and UpdateFeatures can be said of one.
+// Measures of all cells that MarkView and UpdateView need.
 #pragma once
 #include <array>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace simplexseg {
 
-/// Of neighbours within the inside marks, by inner_difference() (conductances.h).
+/// Noise of neighbours within the inside marks, from fetch_inner_difference() (parallel/inner_difference.h).
 inline float noise_of(float inner_difference) { return inner_difference + 0.01f; }
 
 /// Ways on which what the image changes counts, and ways on which edges count: what is far above the noise.
@@ -20,7 +20,7 @@ inline EdgeCost cost_of_changes(const EvidenceSettings& settings) {
 }
 inline EdgeCost cost_of_edges(float noise) { return {0.002f, 3 * noise}; }
 
-/// Where ways to the marks start: 0 there, far elsewhere. `open`: Looks::open of the voxel.
+/// Where ways to the marks start: 0 there, far elsewhere. `open`: is_open() of the cell.
 SIMPLEXSEG_HD bool is_inside_start(Constraint known) { return known == Constraint::Inside; }
 SIMPLEXSEG_HD bool is_outside_start(Constraint known, bool open) {
   return known != Constraint::Inside && known != Constraint::None && !open;

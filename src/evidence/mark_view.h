@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// MarkFeatures of one voxel, from pointers: what the CPU and kernels share.
+// Features of the network of all marks.
 #pragma once
 #include <array>
 #include <cmath>
 #include <cstdint>
 
 #include "core/vec3.h"
+#include "evidence/box_grid.h"
 #include "evidence/marked_voxels.h"
-#include "evidence/padded_array.h"
 
 namespace simplexseg {
 
@@ -36,7 +36,11 @@ struct Strangeness {
   }
 };
 
+/// Features of a cell that all marks together give: numbers without unit that mean the same in all images and for
+/// objects of all sizes. How alike it looks, geodesic distances to the marks, distances in scales of the object, the
+/// image on the straight line to the nearest inside mark. The network gives the probability of the object.
 struct MarkView {
+  static constexpr int kFeatures = 21;
   static constexpr int kMostSteps = 20;
   static constexpr float kStrange = 3;         // deviations
   static constexpr float kFarthestMark = 5;    // reaches
@@ -48,7 +52,7 @@ struct MarkView {
   const Constraint* known;
   const float* image;                       ///< smoothed
   const float* smoothed[2];                 ///< by the second and the third feature of voxels
-  const float *score, *walk;                ///< Looks::score; P(object) by the walk of the marks alone
+  const float *score, *walker;              ///< of the classifier; P(object) by the random walk of the marks alone
   const float *inside, *outside;            ///< geodesic distance to the marks
   const float *edges_in, *edges_out;        ///< edges passed on the way to them
   const float *from_inside, *from_outside;  ///< mm to the nearest centre of an inside, an outside mark, squared
@@ -100,7 +104,7 @@ struct MarkView {
   /// Calls set(f, value) for each feature f of a voxel.
   template <class Set>
   SIMPLEXSEG_HD void fill(int v, const Set& set) const {
-    const float in = inside[v], out = outside[v], w = smaller(larger(walk[v], kLeastWalk), 1 - kLeastWalk);
+    const float in = inside[v], out = outside[v], w = smaller(larger(walker[v], kLeastWalk), 1 - kLeastWalk);
     const float distance = std::sqrt(from_inside[v]), reaches = distance / reach_mm;
     const Line line = line_to(v);
     set(0, score[v]);

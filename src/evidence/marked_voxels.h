@@ -8,7 +8,6 @@
 
 #include "core/vec3.h"
 #include "evidence/marks.h"
-#include "evidence/run_jobs.h"
 #include "image/distance_map.h"
 #include "image/volume.h"
 
@@ -71,6 +70,9 @@ struct PaintedBall {
 std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
                                        std::span<const Mark> others = {});
 
+/// Returns the smallest box, with indices in the box of the balls, that contains all inside balls.
+VoxelBox box_around_inside(std::span<const PaintedBall> balls);
+
 /// FarBorder, VolumeEdge or None: what is known of a voxel of a box by where it lies alone.
 struct SideOfBox {
   std::array<int, 3> size;                        ///< of the box
@@ -89,13 +91,5 @@ struct SideOfBox {
     return far ? Constraint::FarBorder : edge ? Constraint::VolumeEdge : Constraint::None;
   }
 };
-
-/// Sets the voxels of the marks, and before them those of `others`, except for voxels that are not finite.
-void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
-                 std::vector<Constraint>& known, std::span<const Mark> others = {});
-
-/// For every voxel of a box the square of the distance, in mm, to the nearest of these places; 1e12 without any.
-std::vector<float> squared_distances(const VolumeGeometry& geometry, const VoxelBox& box,
-                                     std::span<const Eigen::Vector3d> places_mm, const RunJobs& run);
 
 }  // namespace simplexseg

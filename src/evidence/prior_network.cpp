@@ -7,25 +7,11 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "core/expect.h"
-#include "evidence/mark_features.h"
-#include "evidence/update_features.h"
+#include "evidence/mark_view.h"
+#include "evidence/update_view.h"
 
 namespace simplexseg {
 namespace {
-
-void apply(const PriorNetwork::Layer& layer, const FeatureRows& x, FeatureRows& y, bool last) {
-  const float least = last ? -1e30f : 0.0f;
-  for (int o = 0; o < layer.out; ++o) {
-    std::array<float, kLanes> sum;
-    sum.fill(layer.bias[o]);
-    for (int i = 0; i < layer.in; ++i) {
-      const float w = layer.weight[static_cast<std::size_t>(o) * layer.in + i];
-      for (int l = 0; l < kLanes; ++l) sum[l] += w * x[i][l];
-    }
-    for (int l = 0; l < kLanes; ++l) y[o][l] = sum[l] > least ? sum[l] : least;
-  }
-}
 
 void read_numbers(std::istream& in, std::vector<float>& numbers, int count) {
   numbers.resize(count);
@@ -35,26 +21,6 @@ void read_numbers(std::istream& in, std::vector<float>& numbers, int count) {
 bool is_width(int n) { return n >= 1 && n <= kMostWidth; }
 
 }  // namespace
-
-void PriorNetwork::evaluate(const FillFeatures& fill, std::span<std::uint8_t> to, const RunJobs& run) const {
-  SIMPLEXSEG_EXPECT(!layers.empty() && layers.front().in == features());
-  const int n = static_cast<int>(to.size());
-  run((n + indices_a_block - 1) / indices_a_block, [&](int block) {
-    FeatureRows x{}, y{};
-    const int end = std::min(n, (block + 1) * indices_a_block);
-    for (int start = block * indices_a_block; start < end; start += kLanes) {
-      const int count = std::min(kLanes, end - start);
-      fill(start, count, x);
-      for (int f = 0; f < features(); ++f)
-        for (int l = 0; l < kLanes; ++l) x[f][l] = seen_by_network(x[f][l], centre[f], scale[f]);
-      for (const Layer& layer : layers) {
-        apply(layer, x, y, &layer == &layers.back());
-        std::swap(x, y);
-      }
-      for (int l = 0; l < count; ++l) to[start + l] = answer_of_network(x[0][l]);
-    }
-  });
-}
 
 std::string PriorNetwork::text() const {
   std::ostringstream out;
@@ -108,7 +74,7 @@ std::string PriorNetworks::text() const { return marks.text() + update.text(); }
 PriorNetworks PriorNetworks::parse(const std::string& text) {
   std::istringstream in(text);
   PriorNetworks networks{PriorNetwork::read(in), PriorNetwork::read(in)};
-  if (networks.marks.features() != MarkFeatures::kCount || networks.update.features() != UpdateFeatures::kCount)
+  if (networks.marks.features() != MarkView::kFeatures || networks.update.features() != UpdateView::kFeatures)
     throw Error("the networks of the field's prior", "they were trained on other features", "train them again");
   return networks;
 }

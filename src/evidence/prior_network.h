@@ -1,27 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <iosfwd>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "core/vec3.h"
-#include "evidence/run_jobs.h"
 
 namespace simplexseg {
 
-/// Voxels that are looked at side by side, and the most numbers a voxel has at any layer.
-inline constexpr int kLanes = 32, kMostWidth = 32;
+/// Largest number of values of a cell at any layer.
+inline constexpr int kMostWidth = 32;
 /// Deviations: a feature that is farther than this from all that was learned says no more.
 inline constexpr float kMostDeviations = 4;
-/// Row f holds feature f of so many voxels.
-using FeatureRows = std::array<std::array<float, kLanes>, kMostWidth>;
-/// Writes the features of voxels first ... first + count - 1, count <= kLanes.
-using FillFeatures = std::function<void(int first, int count, FeatureRows& to)>;
 
 /// What of a feature goes into a network.
 SIMPLEXSEG_HD float seen_by_network(float feature, float centre, float scale) {
@@ -44,8 +36,6 @@ struct PriorNetwork {
   std::vector<Layer> layers;
 
   int features() const { return static_cast<int>(centre.size()); }
-  /// Its answer for every voxel, 0..255 for 0..1.
-  void evaluate(const FillFeatures& fill, std::span<std::uint8_t> to, const RunJobs& run) const;
 
   /// All numbers, in a form that read() reads.
   std::string text() const;
@@ -55,8 +45,8 @@ struct PriorNetwork {
 
 /// What the prior is made with.
 struct PriorNetworks {
-  PriorNetwork marks;   ///< of MarkFeatures
-  PriorNetwork update;  ///< of UpdateFeatures
+  PriorNetwork marks;   ///< of MarkView
+  PriorNetwork update;  ///< of UpdateView
 
   /// The one after the other, in a form that parse() reads.
   std::string text() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What refine_in_narrow_band() works out for one voxel, in both of its versions (surface_layer.h, parallel/surface.h).
+// Formulas of the narrow band around the surface for one cell (parallel/surface.h).
 #pragma once
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// UpdateFeatures of one voxel, from pointers: what the CPU and kernels share.
+// Features of the network of new marks.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -26,9 +26,12 @@ SIMPLEXSEG_HD float inward_mm(float to_other_mm, bool inside, float least_mm) {
   return (smaller(to_other_mm, 1e6f) - half) * (inside ? 1.0f : -1.0f);
 }
 
+/// Features of a cell that new marks give, seen from the nearest of them, so that inside and outside are the same: the
+/// network gives the probability that the cell is on the side of that mark.
 struct UpdateView {
-  const float* image;                 ///< smoothed
-  const std::uint8_t *before, *anew;  ///< field before the fresh marks; the prior as if there had been none
+  static constexpr int kFeatures = 12;
+  const float* image;                           ///< smoothed
+  const std::uint8_t *before, *prior_of_marks;  ///< field before the fresh marks; the prior as if there had been none
   const NewMarkVoxel* fresh;
   const std::uint16_t* nearest;  ///< of the fresh marks
   const float *square, *edges;   ///< mm^2 to it; edges between
@@ -43,7 +46,7 @@ struct UpdateView {
   SIMPLEXSEG_HD void fill(int v, const Set& set) const {
     const NewMarkVoxel& mark = fresh[nearest[v]];
     const float depth = depth_of(v), side = mark.inside ? 1.0f : -1.0f;
-    const float p = (anew[v] + 0.5f) / 256, away = side * inward[v];
+    const float p = (prior_of_marks[v] + 0.5f) / 256, away = side * inward[v];
     const float was = before[v] == 0 ? -1.0f : (before[v] - 128) / 127.0f;
     const float distance = std::sqrt(square[v]);
     const float across = away / depth;  // of the mark itself about -1

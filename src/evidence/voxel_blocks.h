@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/vec3.h"
-#include "evidence/padded_array.h"
+#include "evidence/box_grid.h"
 #include "evidence/run_jobs.h"
 #include "image/volume.h"
 
@@ -60,15 +60,6 @@ struct VoxelBlocks {
   void visit(const RunJobs& run, const Visit& visit) const;
   /// Mean of each block's voxels.
   std::vector<float> mean(std::span<const float> values, const RunJobs& run) const;
-  /// An image of the voxels and of the blocks; `difference`: what halves a block's weight for a voxel.
-  struct Guide {
-    std::span<const float> voxels, blocks;
-    float difference;
-  };
-  /// Linear between the middles of the blocks, constant beyond the outer ones; blocks that look like the voxel weigh
-  /// more (joint bilateral upsampling, Kopf et al. 2007), so that edges of the image stay edges.
-  void interpolate(std::span<const std::uint8_t> blocks, const Guide& guide, std::span<std::uint8_t> voxels,
-                   const RunJobs& run) const;
 };
 
 template <class Visit>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of the random walker, of both its versions (random_walker.h, parallel/walker.h).
+// Kernels of the random walker (parallel/walker.h).
 #pragma once
 #include <array>
 #include <cmath>
@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "core/vec3.h"
-#include "evidence/padded_array.h"
+#include "evidence/box_grid.h"
 
 namespace simplexseg {
 
-inline constexpr int kCoarsestVoxels = 64, kCoarsestSweeps = 8;
+inline constexpr int kCoarsestVoxels = 64;
 
 /// A level of the walker's multigrid cycle.
 struct WalkerLevelShape {

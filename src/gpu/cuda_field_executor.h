@@ -14,6 +14,8 @@
 
 #include "core/expect.h"
 #include "evidence/parallel/executor.h"
+#include "evidence/run_jobs.h"
+#include "evidence/update_progress.h"
 #include "gpu/cuda_field_kernels.h"
 #include "gpu/cuda_memory.h"
 
@@ -35,7 +37,8 @@ class Event {
 /// Executor of the field solver on a CUDA device. It must outlive its arrays, and one thread at a time may use it.
 class CudaFieldExecutor {
  public:
-  CudaFieldExecutor() : stream_("simplexseg evidence field") {
+  /// The parameter is the CPU's (CpuFieldExecutor).
+  explicit CudaFieldExecutor(const RunJobs& = {}) : stream_("simplexseg evidence field") {
     fetch_buffer_.resize(2 * kFetched);
     block_sums_ = Array<double>(*this, kMostSums * field_kernels::kMaxBlocks, 0);
     ended_ = Array<unsigned>(*this, 1, 0);
@@ -150,8 +153,21 @@ class CudaFieldExecutor {
     using namespace field_kernels;
     if (n > 0) start((n + kThreads - 1) / kThreads, kThreads, field_kernels::each<Kernel>, kernel, n);
   }
+  static constexpr bool kHostMemory = false, kCellsInOrder = false;
   template <class Kernel>
-  void all(const Kernel& kernel) const {
+  void each_cell(const BoxGrid& grid, const Kernel& kernel) const {
+    each(grid.count(), KernelOfCells<Kernel>{grid, kernel});
+  }
+  template <class Kernel>
+  void each_lanes(int n, const Kernel& kernel) const {
+    each(n, field_kernels::OneLane<Kernel>{kernel});
+  }
+  template <class Kernel>
+  void each_cell_lanes(const BoxGrid& grid, const Kernel& kernel) const {
+    each_cell(grid, field_kernels::OneLane<Kernel>{kernel});
+  }
+  template <class Kernel>
+  void all(const Kernel& kernel, const ReportProgress& = {}) const {
     using namespace field_kernels;
     cudaLaunchConfig_t config{};
     config.gridDim = dim3(static_cast<unsigned>(processors_));

@@ -28,8 +28,19 @@ __global__ void __launch_bounds__(kThreads) each(const __grid_constant__ Kernel 
 
 static __global__ void probe() {}
 
+/// kernel.run<1>(v) as a kernel.
+template <class Kernel>
+struct OneLane {
+  Kernel kernel;
+  template <class Cell>
+  SIMPLEXSEG_HD void operator()(const Cell& cell) const {
+    kernel.template run<1>(cell);
+  }
+};
+
 template <int kCount>
 struct FieldBlock {
+  static constexpr bool kByRows = false;
   static constexpr int threads = kCount;
   int thread;
   float* scratch;
@@ -40,6 +51,7 @@ struct FieldBlock {
   }
   /// First warp of the block; sync() waits only for the threads of this warp.
   struct Warp {
+    static constexpr bool kByRows = false;
     static constexpr int threads = kWarp;
     int thread;
     SIMPLEXSEG_HD void sync() const {
@@ -140,11 +152,13 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0) *ended = 0;
 }
 
-/// All threads of a cooperative launch, with the interface of SerialGrid (evidence/parallel/executor.h).
+/// All threads of a cooperative launch, with the interface of CpuGrid (evidence/parallel/executor.h).
 class GridThreads {
   static constexpr unsigned kGroup = 128;
 
  public:
+  static constexpr bool kByRows = false;
+
   /// `block_totals`: workspace of two Totals for each block.
   __device__ explicit GridThreads(Totals* block_totals) : block_totals_(block_totals) {}
 
@@ -189,6 +203,7 @@ class GridThreads {
     cooperative_groups::this_grid().sync();
   }
   __device__ bool is_first() const { return first() == 0; }
+  __device__ void report(float, float, double) const {}
 
  private:
   /// First index of this thread. Consecutive groups of kGroup indices belong to different blocks, so that short loops

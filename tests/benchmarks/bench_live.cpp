@@ -2,9 +2,9 @@
 // Time of the steps of a session in which several objects deform at once, as in the window.
 //   bench_live [cpu|cuda] [SIZE] [OBJECTS] [SECONDS]
 // The volume has SIZE x SIZE x SIZE voxels of 0.7 mm and OBJECTS ellipsoids in noise, each with a seed. Frames of 16 ms
-// run until all meshes have settled or SECONDS are over, then an outside mark corrects the first object. Prints for both
-// parts: seconds until all fields were solved and until all meshes had settled, frames above 25 ms and the longest one,
-// steps, microseconds per step, bytes read back, and meshes that are folded.
+// run until all meshes have settled or SECONDS are over, then an outside mark corrects the first object. Prints for
+// both parts: seconds until all fields were solved and until all meshes had settled, frames above 25 ms and the longest
+// one, steps, microseconds per step, bytes read back, and meshes that are folded.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -122,7 +122,8 @@ int main(int count, char** arguments) {
   std::printf(
       "| part | vertices | fields solved, s | settled, s | frames above 25 ms | longest, ms | steps | step, us | read "
       "back, MB | folded |\n|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const Ellipsoid& one : all) session.apply(AddMesh{"", {one.centre_mm, 0.6 * one.radii_mm.minCoeff()}, {}, 0, {}});
+  for (const Ellipsoid& one : all)
+    session.apply(AddMesh{"", {one.centre_mm, 0.6 * one.radii_mm.minCoeff()}, {}, 0, {}});
   run(session, "seeds", seconds);
   const Ellipsoid& first = all.front();
   session.apply(AddPoint{session.scene().meshes.front().id,

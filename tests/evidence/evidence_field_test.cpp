@@ -9,7 +9,6 @@
 #include <memory>
 
 #include "core/error.h"
-#include "core/thread_pool.h"
 #include "ellipsoid_scene.h"
 #include "image/metrics.h"
 #include "study/phantom.h"
@@ -137,10 +136,14 @@ TEST(EvidenceField, OtherObjectsAreBackground) {
 TEST(EvidenceField, MarksOfOtherObjectsDoNotChangeThePrior) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 10);
   EvidenceField field(scene.image), alone(scene.image);
+  field.record_features(true);
+  alone.record_features(true);
   const std::vector seed{inside({0, 0, 0}, 6)};
   field.update(seed, std::vector{inside({0, 17, 0}, 3)});
   alone.update(seed);
-  EXPECT_EQ(field.mark_features(), alone.mark_features());
+  EXPECT_EQ(field.box(), alone.box());
+  EXPECT_EQ(field.features().marks.size(), 21u);
+  EXPECT_EQ(field.features().marks, alone.features().marks);
 }
 
 TEST(EvidenceField, EverySettingChangesTheField) {
@@ -198,16 +201,26 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   EXPECT_NE(field_with(wide), plain);
 }
 
+/// Cells of a block of the prior along each axis.
+std::array<int, 3> width_of_blocks(const EvidenceField& field) {
+  std::array<int, 3> width;
+  for (int a = 0; a < 3; ++a)
+    width[a] = (field.box().size[a] + field.features().size[a] - 1) / field.features().size[a];
+  return width;
+}
+
 TEST(EvidenceField, ThePriorOfALargeObjectUsesBlocks) {
   const Scene scene = ellipsoid(64, 1, {20, 18, 18}, 40);
   const std::vector marks{inside({0, 0, 0}, 15)};
   EvidenceSettings fine;
   fine.least_reach = 100;
   EvidenceField blocks(scene.image), voxels(scene.image, run_in_turn(), fine);
+  blocks.record_features(true);
+  voxels.record_features(true);
   blocks.update(marks);
   voxels.update(marks);
-  EXPECT_EQ(blocks.prior().blocks().width, (std::array{2, 2, 2}));
-  EXPECT_EQ(voxels.prior().blocks().width, (std::array{1, 1, 1}));
+  EXPECT_EQ(width_of_blocks(blocks), (std::array{2, 2, 2}));
+  EXPECT_EQ(width_of_blocks(voxels), (std::array{1, 1, 1}));
   EXPECT_GT(dice(scene.truth, blocks.object()), 0.97);
   EXPECT_GT(dice(blocks.object(), voxels.object()), 0.97);
   EXPECT_LT(blocks.bytes(), 0.8 * static_cast<double>(voxels.bytes()));
@@ -216,8 +229,9 @@ TEST(EvidenceField, ThePriorOfALargeObjectUsesBlocks) {
 TEST(EvidenceField, BlocksAreNarrowAlongThickSlices) {
   const Scene scene = ellipsoid(64, 4, {30, 30, 30});
   EvidenceField field(scene.image);
+  field.record_features(true);
   field.update(std::vector{inside({0, 0, 0}, 24)});
-  EXPECT_EQ(field.prior().blocks().width, (std::array{3, 3, 1}));
+  EXPECT_EQ(width_of_blocks(field), (std::array{3, 3, 1}));
 }
 
 TEST(EvidenceField, ThePriorStopsALeakThroughANeck) {
@@ -242,22 +256,6 @@ TEST(EvidenceField, ThePriorStopsALeakThroughANeck) {
   loose.prior_pull = 0;
   EXPECT_GT(dice_of(scene, marks), 0.92);
   EXPECT_LT(dice_of(scene, marks, loose), dice_of(scene, marks) - 0.02);
-}
-
-TEST(EvidenceField, TwoThreadsGiveTheBitsOfOne) {
-  const Scene scene = ellipsoid(56, 1, {18, 12, 10}, 20);
-  ThreadPool pool(2);
-  EvidenceField one(scene.image),
-      two(scene.image, [&](int jobs, const std::function<void(int)>&job) { pool.run(jobs, job); });
-  std::vector marks{inside({0, 0, 0}, 8)};
-  for (int update = 0; update < 3; ++update) {
-    one.update(marks);
-    two.update(marks);
-    ASSERT_TRUE(std::equal(one.probability().begin(), one.probability().end(), two.probability().begin(),
-                           two.probability().end()))
-        << update;
-    marks.push_back(outside({0, 12.0 + 2 * update, 3}, 2));
-  }
 }
 
 TEST(EvidenceField, TheBoxGrowsOnlyWithTheObject) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evidence/mark_features.h"
-
+// Features of the network of all marks (evidence/mark_view.h), as the field records them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,18 +35,26 @@ Mark outside(double x, double radius) { return {MarkKind::Outside, {x, 20, 20}, 
 /// Features on the middle line of the image.
 class OnMiddleLine {
  public:
-  OnMiddleLine(const Volume& image, const std::vector<Mark>& marks) : field_(image) {
+  OnMiddleLine(const Volume& image, const std::vector<Mark>& marks) : field_(image, run_in_turn(), on_voxels()) {
+    field_.record_features(true);
     field_.update(marks);
-    all_ = field_.mark_features();
+    EXPECT_EQ(field_.features().size, field_.box().size);
+    EXPECT_TRUE(field_.features().update.empty());
   }
   float operator()(int feature, int i) const {
     const VoxelBox& box = field_.box();
-    return all_[feature][box.offset(i - box.first[0], 20 - box.first[1], 20 - box.first[2])];
+    return field_.features().marks[feature][box.offset(i - box.first[0], 20 - box.first[1], 20 - box.first[2])];
   }
 
  private:
+  /// Blocks of one voxel.
+  static EvidenceSettings on_voxels() {
+    EvidenceSettings settings;
+    settings.least_reach = 1e9;
+    return settings;
+  }
+
   EvidenceField field_;
-  std::vector<std::vector<float>> all_;
 };
 
 TEST(MarkFeatures, DistancesAreInReachesOfTheObject) {

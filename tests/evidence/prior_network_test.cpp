@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "evidence/prior_network.h"
+#include "evidence/parallel/cpu_executor.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +8,10 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "evidence/evidence_field.h"
-#include "evidence/mark_features.h"
-#include "evidence/update_features.h"
+#include "evidence/mark_view.h"
+#include "evidence/parallel/network.h"
+#include "evidence/update_view.h"
+#include "references.h"
 
 namespace simplexseg {
 namespace {
@@ -23,14 +25,31 @@ PriorNetwork small_network() {
   return network;
 }
 
-std::vector<std::uint8_t> outputs(const PriorNetwork& network, const std::vector<std::array<float, 2>>& voxels) {
+struct TwoFeatures {
+  static constexpr int kFeatures = 2;
+  const std::array<float, 2>* voxels;
+  template <class Set>
+  void fill(int v, const Set& set) const {
+    for (int f = 0; f < kFeatures; ++f) set(f, voxels[v][f]);
+  }
+};
+struct Evaluate {
+  NetworkView network;
+  TwoFeatures features;
+  std::uint8_t* to;
+  template <int kLanes>
+  void run(int v) const {
+    std::uint8_t probability[kLanes];
+    network.evaluate<kLanes>(features, v, probability);
+    for (int l = 0; l < kLanes; ++l) to[v + l] = probability[l];
+  }
+};
+std::vector<std::uint8_t> outputs(const PriorNetwork& network, const std::vector<std::array<float, 2>>& voxels,
+                                  const RunJobs& run = run_in_turn()) {
+  const CpuFieldExecutor executor(run);
+  const ParallelNetwork<CpuFieldExecutor> on_executor(executor, network);
   std::vector<std::uint8_t> out(voxels.size());
-  network.evaluate(
-      [&](int first, int count, FeatureRows& to) {
-        for (int l = 0; l < count; ++l)
-          for (int f = 0; f < 2; ++f) to[f][l] = voxels[first + l][f];
-      },
-      out, run_in_turn());
+  executor.each_lanes(static_cast<int>(voxels.size()), Evaluate{on_executor.view(), {voxels.data()}, out.data()});
   return out;
 }
 
@@ -38,6 +57,7 @@ TEST(PriorNetwork, EvaluatesItsLayers) {
   std::vector<std::array<float, 2>> voxels;
   for (int v = 0; v < 100; ++v) voxels.push_back({0.02f * static_cast<float>(v), 1.5f - 0.01f * static_cast<float>(v)});
   const std::vector<std::uint8_t> out = outputs(small_network(), voxels);
+  EXPECT_EQ(outputs(small_network(), voxels, run_in_reverse()), out);
   for (std::size_t v = 0; v < voxels.size(); ++v) {
     const double a = 2 * (voxels[v][0] - 1.0), b = 2 * (voxels[v][1] - 1.0);
     const double z = 2 * std::max(0.0, a - b) - std::max(0.0, b) + 0.5;
@@ -73,8 +93,8 @@ TEST(PriorNetwork, OtherTextIsRefused) {
 
 TEST(PriorNetworks, TheDefaultNetworksMatchTheirFeaturesAndAreRestoredFromText) {
   const PriorNetworks& own = learned_networks();
-  EXPECT_EQ(own.marks.features(), MarkFeatures::kCount);
-  EXPECT_EQ(own.update.features(), UpdateFeatures::kCount);
+  EXPECT_EQ(own.marks.features(), MarkView::kFeatures);
+  EXPECT_EQ(own.update.features(), UpdateView::kFeatures);
   const PriorNetworks again = PriorNetworks::parse(own.text());
   EXPECT_EQ(again.marks.layers[1].weight, own.marks.layers[1].weight);
   EXPECT_EQ(again.update.layers[1].weight, own.update.layers[1].weight);

@@ -43,6 +43,8 @@ class Device final : public FieldSolver {
   const FieldObject& object() const override { return field_->object(); }
   std::span<const Constraint> known() const override { return field_->known(); }
   std::vector<std::uint16_t> values(const FieldValue& value) const override { return field_->values(value); }
+  void record_features(bool record) override { field_->record_features(record); }
+  const PriorFeatures& features() const override { return field_->features(); }
   std::size_t bytes() const override { return field_->bytes(); }
 
  private:

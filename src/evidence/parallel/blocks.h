@@ -11,7 +11,7 @@
 namespace simplexseg {
 
 /// What is known of a block, and the mean of its voxels of the field before.
-struct SaidOfBlock {
+struct ConstraintOfBlock {
   BoxGrid fine, coarse;
   std::array<int, 3> width;
   PaintedBalls marks;  ///< on the grid of the blocks
@@ -20,8 +20,8 @@ struct SaidOfBlock {
   Constraint* known;
   std::uint8_t* mean;
 
-  SIMPLEXSEG_HD void operator()(int b) const {
-    const GridPlace p(coarse, b);
+  SIMPLEXSEG_HD void operator()(const CellAt& p) const {
+    const int b = p.v;
     const int first[3]{p.i * width[0], p.j * width[1], p.k * width[2]};
     int end[3], all = 0, outside = 0, not_finite = 0, sum = 0, known_before = 0;
     for (int a = 0; a < 3; ++a) end[a] = smaller(first[a] + width[a], fine.size[a]);
@@ -45,7 +45,7 @@ struct SaidOfBlock {
   }
 };
 
-/// VoxelBlocks::interpolate().
+/// Interpolates the prior between blocks (ParallelPrior::interpolate()).
 struct InterpolateBlocks {
   BoxGrid fine, coarse;
   std::array<int, 3> width;
@@ -54,8 +54,8 @@ struct InterpolateBlocks {
   float per_difference;
   std::uint8_t* voxels;
 
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const GridPlace p(fine, v);
+  SIMPLEXSEG_HD void operator()(const CellAt& p) const {
+    const int v = p.v;
     const BetweenBlocks x(p.i, coarse.size[0], width[0]), y(p.j, coarse.size[1], width[1]),
         z(p.k, coarse.size[2], width[2]);
     const int plane = coarse.plane(), row = coarse.row();
@@ -87,8 +87,8 @@ struct OpenVoxel {
   const std::uint8_t* open_blocks;
   std::uint8_t* open;
 
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const GridPlace p(fine, v);
+  SIMPLEXSEG_HD void operator()(const CellAt& p) const {
+    const int v = p.v;
     const int b = (p.k / width[2] * coarse.size[1] + p.j / width[1]) * coarse.size[0] + p.i / width[0];
     open[v] = known[v] == Constraint::FarBorder && open_blocks[b] != 0;
   }

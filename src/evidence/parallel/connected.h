@@ -39,41 +39,52 @@ struct VoxelForest {
   }
 };
 
-/// What keep_connected() found.
+/// Result of keep_connected().
 struct KeptVoxels {
   const int* parent;
   const std::uint8_t* keep;
   SIMPLEXSEG_HD bool operator()(int v) const { return parent[v] >= 0 && keep[parent[v]] != 0; }
 };
 
-/// The counterpart of keep_connected() (evidence/connected.h): the voxels set(v) of a box that are connected, over
-/// faces of such voxels, to one with start(v), too. `parent`, `keep`: room for a value for each voxel. Three launches.
+/// Finds the cells with set(CellAt) that are connected, over faces of such cells, to one that has start(CellAt), too.
+/// `parent`, `keep`: memory for a value of each cell. Three launches.
 template <class Executor, class Set, class Start>
 KeptVoxels keep_connected(const Executor& executor, const BoxGrid& grid, const Set& set, const Start& start,
                           int* parent, std::uint8_t* keep) {
-  const int n = grid.count(), row = grid.row(), plane = grid.plane();
+  const int row = grid.row(), plane = grid.plane();
   const VoxelForest forest{parent};
-  executor.each(n, [=] SIMPLEXSEG_KERNEL(int v) {  // a run of voxels in a row: its first is the root
+  executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {  // a run of cells in a row: its first is the root
+    const int v = at.v;
     keep[v] = 0;
     int first = -1;
-    if (set(v)) {
+    if (set(at)) {
       first = v;
-      for (const int begin = v - v % row; first > begin && set(first - 1);) --first;
+      if constexpr (Executor::kCellsInOrder) {
+        if (at.left != 0 && parent[v - 1] >= 0) first = parent[v - 1];
+      } else {
+        for (int i = at.i - 1; i >= 0 && set(cell_at(grid, i, at.j, at.k)); --i) --first;
+      }
     }
     parent[v] = first;
   });
-  executor.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
-    if (parent[v] < 0) return;
-    const bool begins = v % row == 0 || parent[v - 1] < 0;
-    // Where two runs lie side by side, once.
-    if (v % plane >= row && parent[v - row] >= 0 && (begins || parent[v - row - 1] < 0)) forest.join(v, v - row);
-    if (v >= plane && parent[v - plane] >= 0 && (begins || parent[v - plane - 1] < 0)) forest.join(v, v - plane);
+  executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
+    const int v = at.v;
+    const auto is = [=](int u) { return load_relaxed(parent + u) >= 0; };
+    if (!is(v)) return;
+    const bool begins = at.left == 0 || !is(v - 1);
+    // Where two runs are neighbours, once.
+    if (at.j > 0 && is(v - row) && (begins || !is(v - row - 1))) forest.join(v, v - row);
+    if (at.k > 0 && is(v - plane) && (begins || !is(v - plane - 1))) forest.join(v, v - plane);
   });
-  executor.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
-    if (parent[v] < 0) return;
-    const int root = forest.root(v);
-    parent[v] = root;
-    if (start(v)) store_relaxed(keep + root, 1);
+  executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
+    const int v = at.v;
+    if (load_relaxed(parent + v) < 0) return;
+    int root = -1;
+    if constexpr (Executor::kCellsInOrder)
+      if (at.left != 0) root = load_relaxed(parent + v - 1);
+    if (root < 0) root = forest.root(v);
+    store_relaxed(parent + v, root);
+    if (start(at)) store_relaxed(keep + root, 1);
   });
   return {parent, keep};
 }

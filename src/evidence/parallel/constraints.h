@@ -4,18 +4,11 @@
 #include <span>
 #include <vector>
 
+#include "evidence/box_grid.h"
 #include "evidence/marked_voxels.h"
-#include "evidence/padded_array.h"
 #include "evidence/parallel/executor.h"
 
 namespace simplexseg {
-
-/// Where a voxel of a grid is.
-struct GridPlace {
-  int i, j, k;
-  SIMPLEXSEG_HD GridPlace(const BoxGrid& grid, int v)
-      : i(v % grid.size[0]), j(v / grid.size[0] % grid.size[1]), k(v / grid.plane()) {}
-};
 
 /// The balls of all marks, in their order, in the executor's memory.
 struct PaintedBalls {
@@ -23,7 +16,7 @@ struct PaintedBalls {
   int count;
 
   /// What is known of a voxel of the box, `at` being what was known of it without marks: the last ball that holds it.
-  SIMPLEXSEG_HD Constraint over(Constraint at, const GridPlace& p) const {
+  SIMPLEXSEG_HD Constraint over(Constraint at, const CellAt& p) const {
     for (int b = count - 1; b >= 0; --b) {
       const PaintedBall& ball = balls[b];
       if (p.i < ball.low[0] || p.i > ball.high[0] || p.j < ball.low[1] || p.j > ball.high[1] || p.k < ball.low[2] ||
@@ -36,14 +29,13 @@ struct PaintedBalls {
 };
 
 struct KnownOfVoxel {
-  BoxGrid grid;
   SideOfBox side;
   PaintedBalls marks;
   const std::uint8_t* finite;
   Constraint* known;
 
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const GridPlace p(grid, v);
+  SIMPLEXSEG_HD void operator()(const CellAt& p) const {
+    const int v = p.v;
     const Constraint at = finite && !finite[v] ? Constraint::NotFinite : side(p.i, p.j, p.k);
     known[v] = marks.over(at, p);
   }
@@ -59,8 +51,8 @@ class ConstraintVoxels {
   void find(const VolumeGeometry& geometry, const VoxelBox& box, const std::uint8_t* finite,
             std::span<const Mark> marks, std::span<const Mark> others, Constraint* known) {
     const BoxGrid grid{box.size};
-    executor_.each(grid.count(), KnownOfVoxel{grid, SideOfBox(box, geometry.size), upload(geometry, box, marks, others),
-                                              finite, known});
+    executor_.each_cell(
+        grid, KnownOfVoxel{SideOfBox(box, geometry.size), upload(geometry, box, marks, others), finite, known});
   }
   /// The balls of the marks, for kernels that paint them over other constraints.
   PaintedBalls upload(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,

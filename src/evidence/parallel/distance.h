@@ -16,7 +16,7 @@ struct DistancePass {
   const std::uint8_t* set;  ///< 0: not of the set
   const float* before;      ///< squares of the axes before; null: there is none
   float* to;
-  int stride, length;
+  int axis, stride, length;
   float step_mm, reach_mm;
   bool both_sides;  ///< else only of voxels that are not of the set, and 0 for those that are
   float less_mm;    ///< not below 0: the distance less this is written, not its square
@@ -25,13 +25,14 @@ struct DistancePass {
     if ((set[q] != 0) != is) return 0;
     return before ? before[q] : kFarAway;
   }
-  SIMPLEXSEG_HD void operator()(int v) const {
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
+    const int v = at.v;
     const bool is = set[v] != 0;
     if (is && !both_sides) {
       to[v] = 0;
       return;
     }
-    const int x = v / stride % length, behind = length - 1 - x;
+    const int x = axis == 0 ? at.i : axis == 1 ? at.j : at.k, behind = length - 1 - x;
     float least = before ? before[v] : kFarAway;
     for (int d = 1; d <= x || d <= behind; ++d) {
       const float away = step_mm * static_cast<float>(d), square = away * away;
@@ -51,9 +52,9 @@ void run_distance_passes(const Executor& executor, const std::uint8_t* set, cons
   const float* before = nullptr;
   for (int axis = 0; axis < 3; ++axis) {
     float* const into = axis == 1 ? spare : to;
-    executor.each(grid.count(), DistancePass{set, before, into, grid.stride(axis), grid.size[axis],
-                                             static_cast<float>(spacing_mm[axis]), reach_mm, both_sides,
-                                             axis == 2 ? less_mm : -1.0f});
+    executor.each_cell(
+        grid, DistancePass{set, before, into, axis, grid.stride(axis), grid.size[axis],
+                           static_cast<float>(spacing_mm[axis]), reach_mm, both_sides, axis == 2 ? less_mm : -1.0f});
     before = into;
   }
 }

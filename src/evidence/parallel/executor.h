@@ -1,61 +1,105 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the evidence field of many threads runs on (docs/adr/0032-field-on-a-device.md). Its parts are templates
-// over an executor, which owns arrays in its memory and runs kernels over them: functors, or lambdas that copy what
-// they take
-// ([=] SIMPLEXSEG_KERNEL), which read and write arrays by pointers. On a device that is CudaFieldExecutor
-// (gpu/cuda_field_executor.h); here is the one of the tests, which needs no device.
+// Executors of the field solver (docs/adr/0041-one-field-solver.md). Its parts are templates over an executor, which
+// owns arrays and runs kernels over their elements: functors, or lambdas that capture by value ([=] SIMPLEXSEG_KERNEL),
+// which access arrays by pointers. Executors: CpuFieldExecutor (cpu_executor.h), which documents the interface, and
+// CudaFieldExecutor (gpu/cuda_field_executor.h).
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "core/vec3.h"
-#include "evidence/padded_array.h"
+#include "evidence/box_grid.h"
 
 #ifdef __CUDACC__
 #define SIMPLEXSEG_KERNEL __host__ __device__
 #define SIMPLEXSEG_UNROLL_ALL _Pragma("unroll")  // so that arrays with these indices are registers
+#define SIMPLEXSEG_UNROLL_LANES
 #else
 #define SIMPLEXSEG_KERNEL
 #define SIMPLEXSEG_UNROLL_ALL
+#define SIMPLEXSEG_UNROLL_LANES _Pragma("GCC unroll 32")  // after vectorisation, so that arrays are vector registers
 #endif
 
 namespace simplexseg {
 
-/// A team of one thread. A kernel for a team is run by a whole block of threads on a device: it shares out its loops
-/// (v = team.thread; v < n; v += team.threads), and waits for what the others wrote by team.sync(), or by team.any(x),
-/// which says whether x is true for one of them. What a kernel of several teams asks for in kScratch, floats, is there
-/// for each team by itself.
+/// A cell of a grid.
+struct CellAt {
+  int i, j, k;
+  int v;            ///< index in an array of all cells
+  int left, right;  ///< from v to the neighbours along i; 0 where there is none
+  int half, odd;    ///< i = 2 half + odd
+};
+SIMPLEXSEG_HD CellAt cell_at(const BoxGrid& grid, int i, int j, int k) {
+  return {i,     j,    k, (k * grid.size[1] + j) * grid.size[0] + i, i > 0 ? 1 : 0, i + 1 < grid.size[0] ? 1 : 0,
+          i / 2, i % 2};
+}
+SIMPLEXSEG_HD CellAt cell_at(const BoxGrid& grid, int v) {
+  return cell_at(grid, v % grid.size[0], v / grid.size[0] % grid.size[1], v / grid.plane());
+}
+
+/// kernel(v) as a kernel over CellAt.
+template <class Kernel>
+struct KernelOfCells {
+  BoxGrid grid;
+  Kernel kernel;
+  SIMPLEXSEG_HD void operator()(int v) const { kernel(cell_at(grid, v)); }
+};
+
+/// kernel(t) for the t-th cell of a colour: i + j + k even (0) or odd (1).
+template <class Kernel>
+struct KernelOfColour {
+  BoxGrid grid;
+  int colour;
+  const Kernel& kernel;
+  SIMPLEXSEG_HD void operator()(int t) const {
+    const int half = (grid.size[0] + 1) / 2, row = t / half, j = row % grid.size[1], k = row / grid.size[1];
+    const int i = 2 * (t % half) + ((j + k + colour) & 1);
+    if (i < grid.size[0]) kernel(cell_at(grid, i, j, k));
+  }
+};
+SIMPLEXSEG_HD int half_count(const BoxGrid& grid) { return (grid.size[0] + 1) / 2 * grid.size[1] * grid.size[2]; }
+
+/// Team of one CPU thread. A kernel for a team is run by a block of threads on a device: it distributes its loops
+/// (v = team.thread; v < n; v += team.threads) and waits for the results of the other threads by team.sync(), or by
+/// team.any(x), which returns whether x is true for any of them. A kernel of several teams that declares kScratch gets
+/// that many floats of memory for each team.
 struct SerialBlock {
+  static constexpr bool kByRows = true;  ///< cells are visited row by row, in ascending order
   static constexpr int thread = 0, threads = 1;
   float* scratch = nullptr;
-  SIMPLEXSEG_HD void sync() const {}
-  SIMPLEXSEG_HD bool any(bool x) const { return x; }
-  /// kernel(team), by a team of a few of its threads, for what is too little for all; the others wait.
+  void sync() const {}
+  bool any(bool x) const { return x; }
+  /// Runs kernel(team) by a part of the team, for small loops; the other threads wait.
   template <class Kernel>
-  SIMPLEXSEG_HD void warp(const Kernel& kernel) const {
+  void warp(const Kernel& kernel) const {
     kernel(*this);
+  }
+  template <class Kernel>
+  void each_row(const BoxGrid& grid, const Kernel& kernel) const {
+    for (int k = 0; k < grid.size[2]; ++k)
+      for (int j = 0; j < grid.size[1]; ++j) kernel(j, k);
   }
 };
 
-/// Bins of histogram().
+/// Number of bins of histogram().
 inline constexpr int kBins = 2048;
 
-/// Of all values of a pass: what is added in double, in an order that is always the same, and the largest.
+/// Sum of the values of a pass, in double and in a fixed order, and the largest size.
 struct Totals {
   double sum = 0;
   float largest = 0;
 };
-/// A value's part of them; `size` >= 0.
+/// Contribution of one element; `size` >= 0.
 struct OfTotals {
   float value, size;
 };
 
-/// Values that are added one by one, at most kMostSums.
+/// Values that are summed one by one; at most kMostSums.
 inline constexpr int kMostSums = 4;
 template <int kNumbers>
 struct Summands {
@@ -71,145 +115,49 @@ SIMPLEXSEG_HD void add(const Summands<kCount>& x, SumsOf<kCount>& sums) {
   for (int s = 0; s < kCount; ++s) sums.is[s] += x.is[s];
 }
 
-/// A team of all threads that the executor has, for algorithms of many passes over what lies in its memory; here it is
-/// one. Each pass ends when all threads have ended it. What each thread knows beside that memory must be the same.
-struct SerialGrid {
-  /// kernel(v) for all 0 <= v < n.
-  template <class Kernel>
-  SIMPLEXSEG_HD void each(int n, const Kernel& kernel) const {
-    for (int v = 0; v < n; ++v) kernel(v);
+/// Calls kernel(CellAt) for the cells of a row that have a colour (KernelOfColour).
+template <class Kernel>
+void each_coloured_of_row(const BoxGrid& grid, int j, int k, int colour, const Kernel& kernel) {
+  const Kernel own = kernel;
+  const int n = grid.size[0], row = (k * grid.size[1] + j) * n;
+  const int odd = (j + k + colour) & 1;
+  int first = odd, last = n;
+  if (first == 0) {
+    own(cell_at(grid, 0, j, k));
+    first = 2;
   }
-  /// Of kernel(v), OfTotals, for all 0 <= v < n.
-  template <class Kernel>
-  SIMPLEXSEG_HD Totals totals(int n, const Kernel& kernel) const {
-    Totals all;
-    for (int v = 0; v < n; ++v) {
-      const OfTotals x = kernel(v);
-      all.sum += x.value;
-      all.largest = larger(x.size, all.largest);
-    }
-    return all;
+  if (last - 1 >= first && ((last - 1 - first) & 1) == 0) own(cell_at(grid, --last, j, k));
+#pragma GCC ivdep
+  for (int half = first / 2; half < (last - odd + 1) / 2; ++half)
+    own(CellAt{2 * half + odd, j, k, row + 2 * half + odd, 1, 1, half, odd});
+}
+/// Calls kernel(CellAt) for all cells of a colour, by all threads of a team.
+template <class Team, class Kernel>
+SIMPLEXSEG_HD void each_coloured(const Team& team, const BoxGrid& grid, int colour, const Kernel& kernel) {
+  if constexpr (Team::kByRows) {
+    team.each_row(grid, [&](int j, int k) { each_coloured_of_row(grid, j, k, colour, kernel); });
+  } else {
+    team.each(half_count(grid), KernelOfColour<Kernel>{grid, colour, kernel});
   }
-  /// As SerialExecutor::histogram().
-  template <class Kernel>
-  SIMPLEXSEG_HD void histogram(int n, const Kernel& kernel, int* count) const {
-    for (int v = 0; v < n; ++v) {
-      const int bin = kernel(v);
-      if (bin >= 0 && bin < kBins) ++count[bin];
-    }
-  }
-  /// kernel(team), by a part of the threads, which is a team as above, while the others wait.
-  template <class Kernel>
-  SIMPLEXSEG_HD void some(const Kernel& kernel) const {
-    kernel(SerialBlock{});
-  }
-  /// True for one of the threads.
-  SIMPLEXSEG_HD bool is_first() const { return true; }
-};
+}
 
-/// The executor that runs one index after another, on the thread of the caller.
-class SerialExecutor {
- public:
-  /// Values in the executor's memory; moved, not copied. The first `pad` values before data() and the last ones behind
-  /// data() + size() are there, too, and 0, for kernels that read neighbours without asking where they are.
-  template <class T>
-  class Array {
-   public:
-    Array() = default;
-    Array(std::size_t size, std::size_t pad) : size_(size), pad_(pad), values_(size + 2 * pad) {
-      if (pad == 0 && size != 0) std::memset(values_.data(), 0xa5, size * sizeof(T));  // nothing is promised of it
-    }
-    Array(Array&&) noexcept = default;
-    Array& operator=(Array&&) noexcept = default;
-    T* data() const { return const_cast<T*>(values_.data()) + pad_; }
-    std::size_t size() const { return size_; }
-    std::size_t bytes() const { return values_.size() * sizeof(T); }
+/// Calls kernel(CellAt) for all cells of a grid, by all threads of a team.
+template <class Team, class Kernel>
+SIMPLEXSEG_HD void each_cell(const Team& team, const BoxGrid& grid, const Kernel& kernel) {
+  if constexpr (Team::kByRows) {
+    team.each_row(grid, [&](int j, int k) {
+      const Kernel own = kernel;
+      const int n = grid.size[0], row = (k * grid.size[1] + j) * n;
+      own(cell_at(grid, 0, j, k));
+      for (int i = 1; i + 1 < n; ++i) own(CellAt{i, j, k, row + i, 1, 1, i / 2, i % 2});
+      if (n > 1) own(cell_at(grid, n - 1, j, k));
+    });
+  } else {
+    team.each(grid.count(), KernelOfCells<Kernel>{grid, kernel});
+  }
+}
 
-   private:
-    std::size_t size_ = 0, pad_ = 0;
-    std::vector<T> values_;
-  };
-
-  /// So many values, of which nothing is promised.
-  template <class T>
-  Array<T> array(std::size_t size) const {
-    return {size, 0};
-  }
-  /// A value for each voxel, all 0, and zeros around as PaddedArray has them.
-  template <class T>
-  Array<T> padded(const BoxGrid& grid) const {
-    return {static_cast<std::size_t>(grid.count()), static_cast<std::size_t>(grid.plane())};
-  }
-  template <class T>
-  Array<T> copy_of(std::span<const T> from) const {
-    Array<T> to(from.size(), 0);
-    upload(from, to.data());
-    return to;
-  }
-  template <class T>
-  void upload(std::span<const T> from, T* to) const {
-    if (!from.empty()) std::memcpy(to, from.data(), from.size_bytes());
-  }
-  /// Returns when the values are there.
-  template <class T>
-  void download(const T* from, std::span<T> to) const {
-    if (!to.empty()) std::memcpy(to.data(), from, to.size_bytes());
-  }
-  /// Values that are on their way to the host.
-  template <class T>
-  using Fetched = std::vector<T>;
-  /// Begins to download what is there once all that was begun before has ended; does not wait. Few may be on their way
-  /// at a time, together less than 128 KiB.
-  template <class T>
-  Fetched<T> fetch(const T* from, std::size_t count) const {
-    return {from, from + count};
-  }
-  /// Waits for them, and for nothing that was begun after them.
-  template <class T>
-  void receive(const Fetched<T>& fetched, std::span<T> to) const {
-    std::copy(fetched.begin(), fetched.end(), to.begin());
-  }
-  template <class T>
-  void copy(const T* from, T* to, std::size_t count) const {
-    if (count != 0) std::memcpy(to, from, count * sizeof(T));
-  }
-  template <class T>
-  void clear(T* at, std::size_t count) const {
-    if (count != 0) std::memset(at, 0, count * sizeof(T));
-  }
-
-  /// kernel(v) for all 0 <= v < n, in any order and at the same time.
-  template <class Kernel>
-  void each(int n, const Kernel& kernel) const {
-    for (int v = 0; v < n; ++v) kernel(v);
-  }
-  /// kernel(team), by a team of all threads.
-  template <class Kernel>
-  void all(const Kernel& kernel) const {
-    kernel(SerialGrid{});
-  }
-  /// kernel(team, t) for all 0 <= t < count, each by a team of its own; they run in any order and at the same time.
-  template <class Kernel>
-  void teams(int count, const Kernel& kernel) const {
-    std::vector<float> scratch(Kernel::kScratch);
-    for (int t = 0; t < count; ++t) kernel(SerialBlock{scratch.data()}, t);
-  }
-  /// Writes the sums of the floats of kernel(v), Summands<kCount>, over all 0 <= v < n, added in double in an order
-  /// that is always the same.
-  template <class Kernel>
-  void sums_into(int n, const Kernel& kernel, double* to) const {
-    SumsOf<decltype(kernel(0))::kCount> sums{};
-    for (int v = 0; v < n; ++v) add(kernel(v), sums);
-    std::copy(std::begin(sums.is), std::end(sums.is), to);
-  }
-  /// Adds to count[b] how many of kernel(v), 0 <= v < n, are b; those that are not in 0 .. kBins - 1 are left out.
-  template <class Kernel>
-  void histogram(int n, const Kernel& kernel, int* count) const {
-    SerialGrid{}.histogram(n, kernel, count);
-  }
-};
-
-/// A list in the executor's memory that is written anew now and then, and grows.
+/// A list in the executor's memory that is replaced now and then, and grows.
 template <class Executor, class T>
 class UploadedList {
  public:
@@ -224,10 +172,10 @@ class UploadedList {
   typename Executor::template Array<T> array_;
 };
 
-/// One that was fetched; waits for it.
+/// Waits for a fetched value.
 template <class T, class Executor>
 T received(const Executor& executor, const typename Executor::template Fetched<T>& fetched) {
-  T value;
+  T value{};
   executor.receive(fetched, std::span<T>(&value, 1));
   return value;
 }

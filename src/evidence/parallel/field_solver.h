@@ -78,13 +78,18 @@ struct ResampleCells {
   SIMPLEXSEG_HD void operator()(int v) const { to[v] = resampling(v, from); }
 };
 
-/// Solver of a field on an executor, like CpuFieldSolver: the voxels stay in its memory from one update to the next,
-/// and what is asked for is copied when it is asked for. What an update alone needs is taken anew by each of them.
+/// Solver of a field on an executor: the cells stay in its memory from one update to the next, and results are copied
+/// when they are requested. Memory that only an update needs is allocated by each of them.
 template <class Executor>
 class ParallelFieldSolver final : public FieldSolver {
  public:
   ParallelFieldSolver(const Volume& volume, const RunJobs& run, const EvidenceSettings& settings)
-      : volume_(volume), run_(run), settings_(settings), known_voxels_(executor_), prior_(executor_, settings_, run_) {}
+      : volume_(volume),
+        run_(run),
+        settings_(settings),
+        executor_(run),
+        known_voxels_(executor_),
+        prior_(executor_, settings_, run_) {}
 
   void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
     const bool same_box = box == box_ && cell == cell_;
@@ -95,6 +100,7 @@ class ParallelFieldSolver final : public FieldSolver {
     reach_of_box_mm_ = reach_mm;
     if (same_box) return;
     put_work_away();
+    object_finder_.reset();
     const std::size_t n = box.voxel_count();
     const CellResampling resampling(cell_, box_, cell, box);
     cell_ = cell, cells_ = cells, box_ = box;
@@ -140,7 +146,8 @@ class ParallelFieldSolver final : public FieldSolver {
                double radius_mm) override {
     take_work_out();
     const auto difference =
-        fetch_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_, smoothed_.data(), known_.data());
+        fetch_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_, smoothed_.data(), known_.data(),
+                               box_around_inside(painted_balls(cells_, box_, marks)));
     const std::uint8_t* const before = has_before_ ? before_.data() : nullptr;
     prior_.learn({marks, known_.data(), before, fresh, reach_mm, radius_mm}, &progress());
     beta_ = sharpness_of(received_inner_difference(executor_, difference), settings_);
@@ -149,14 +156,15 @@ class ParallelFieldSolver final : public FieldSolver {
   }
 
   Solved solve(double tolerance, bool further) override {
+    const ReportProgress report_progress = [this](float part) { progress().advance(FieldPhase::Walker, part); };
     if (further) {
-      walker_->resume(tolerance, settings_.most_iterations);
+      walker_->resume(tolerance, settings_.most_iterations, report_progress);
     } else {
       set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), finite_.data(), beta_, settings_.prior_pull);
       executor_.clear(held_.data(), held_.size());
       prior_.mark_open(known_.data(), held_.data());
       executor_.each(count(), HoldKnown{known_.data(), held_.data(), walker_->field()});
-      walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations);
+      walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations, report_progress);
     }
     const auto report = walker_->fetch_report();
     executor_.each(count(), TakeSolution{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()},
@@ -172,14 +180,16 @@ class ParallelFieldSolver final : public FieldSolver {
 
   RefinedSurface refine_surface(const BandTerms& said) override {
     const auto expected = begin_expected_dice(executor_, count(), probability_.data(), object_voxels_.data());
+    put_work_away();
     refine_in_narrow_band(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(),
                           has_before_ ? before_.data() : nullptr, box_, spacing_mm_, said, settings_);
     const Solved found = find_object();
-    put_work_away();
+    object_finder_.reset();
     return {found, end_expected_dice(executor_, expected)};
   }
 
   std::span<const float> probability() const override {
+    if constexpr (Executor::kHostMemory) return {probability_.data(), probability_.size()};
     if (host_probability_.empty()) copy_to_host(probability_, host_probability_);
     return host_probability_;
   }
@@ -193,6 +203,7 @@ class ParallelFieldSolver final : public FieldSolver {
     return host_object_;
   }
   std::span<const Constraint> known() const override {
+    if constexpr (Executor::kHostMemory) return {known_.data(), known_.size()};
     if (host_known_.empty()) copy_to_host(known_, host_known_);
     return host_known_;
   }
@@ -207,10 +218,13 @@ class ParallelFieldSolver final : public FieldSolver {
     executor_.download(values.data(), std::span<std::uint16_t>(on_host));
     return on_host;
   }
+  void record_features(bool record) override { prior_.record_features(record); }
+  const PriorFeatures& features() const override { return prior_.features(); }
   std::size_t bytes() const override {
     return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() + solution_.bytes() +
            target_.bytes() + held_.bytes() + probability_.bytes() + object_voxels_.bytes() + prior_.bytes() +
-           (walker_ ? walker_->bytes() + smoothing_->bytes() + object_finder_->bytes() : 0);
+           (walker_ ? walker_->bytes() + smoothing_->bytes() : 0) + (object_finder_ ? object_finder_->bytes() : 0) +
+           host_probability_.size() * sizeof(float) + host_object_.voxels.size() + host_known_.size();
   }
 
  private:
@@ -224,7 +238,6 @@ class ParallelFieldSolver final : public FieldSolver {
     target_ = executor_.template array<std::uint8_t>(count());
     held_ = executor_.template array<std::uint8_t>(count());
     smoothing_ = std::make_unique<SmoothedFields<Executor, 1>>(executor_, grid);
-    object_finder_ = std::make_unique<ParallelObject<Executor>>(executor_, box_);
     walker_ = std::make_unique<ParallelWalker<Executor>>(grid, spacing_mm_, executor_);
     if (solution_.size() != 0) executor_.each(count(), TakeKept{solution_.data(), walker_->field()});
   }
@@ -234,7 +247,6 @@ class ParallelFieldSolver final : public FieldSolver {
     solution_ = executor_.template array<std::uint16_t>(count());
     executor_.each(count(), KeepSolution{walker_->field(), solution_.data()});
     walker_.reset();
-    object_finder_.reset();
     smoothing_.reset();
     target_ = {};
     held_ = {};
@@ -258,6 +270,7 @@ class ParallelFieldSolver final : public FieldSolver {
     host_known_.clear();
   }
   Solved find_object() {
+    if (!object_finder_) object_finder_ = std::make_unique<ParallelObject<Executor>>(executor_, box_);
     const auto found = object_finder_->find(probability_.data(), known_.data(), object_voxels_.data());
     around_ = found.around, object_count_ = found.count, border_share_ = found.border_share;
     host_probability_.clear();

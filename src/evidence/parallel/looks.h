@@ -11,16 +11,10 @@
 
 namespace simplexseg {
 
-/// What the terms of a classifier say of features that lie list by list.
+/// Fourier terms of a classifier, and lists of the features of cells.
 struct TermsView {
   int terms, features, voxels;
-  const float *frequency, *phase, *feature;
-
-  SIMPLEXSEG_HD float operator()(int term, int voxel) const {
-    float angle = phase[term];
-    for (int f = 0; f < features; ++f) angle += frequency[term * features + f] * feature[f * voxels + voxel];
-    return cosine_of_turns(angle);
-  }
+  const float *frequency, *phase, *feature;  ///< frequency: features x terms, row by row
 };
 
 struct RowSample {
@@ -31,14 +25,24 @@ struct RowSample {
 /// A row of the equations for each sample: what the terms say, then what is right, then zeros to whole tiles.
 struct RowsOfSamples {
   TermsView terms;
-  int width;
   const RowSample* samples;
   float* rows;
 
-  SIMPLEXSEG_HD void operator()(int at) const {
-    const int t = at % width;
-    const RowSample sample = samples[at / width];
-    rows[at] = t < terms.terms ? sample.scale * terms(t, sample.voxel) : t == terms.terms ? sample.right : 0.0f;
+  /// `at`: i: column, j: sample.
+  template <int kLanes>
+  SIMPLEXSEG_HD void run(const CellAt& at) const {
+    const RowSample sample = samples[at.j];
+    float angle[kLanes];
+    for (int l = 0; l < kLanes; ++l) angle[l] = terms.phase[smaller(at.i + l, terms.terms - 1)];
+    for (int f = 0; f < terms.features; ++f) {
+      const float* const frequency = terms.frequency + f * terms.terms;
+      const float feature = terms.feature[f * terms.voxels + sample.voxel];
+      for (int l = 0; l < kLanes; ++l) angle[l] += frequency[smaller(at.i + l, terms.terms - 1)] * feature;
+    }
+    for (int l = 0; l < kLanes; ++l) {
+      const float term = sample.scale * cosine_of_turns(angle[l]);
+      rows[at.v + l] = at.i + l < terms.terms ? term : at.i + l == terms.terms ? sample.right : 0.0f;
+    }
   }
 };
 
@@ -82,7 +86,7 @@ struct SumOfParts {
   }
 };
 
-/// MarkClassifier::score() and Looks::open.
+/// About +1 for a cell that resembles the inside, -1 for the outside, 0 for neither; and is_open().
 struct ScoreOfLooks {
   TermsView terms;
   const float* weight;
@@ -91,15 +95,25 @@ struct ScoreOfLooks {
   float* score;
   std::uint8_t* open;
 
-  SIMPLEXSEG_HD void operator()(int v) const {
-    float sum = 0;
-    for (int t = 0; t < terms.terms; ++t) sum += weight[t] * terms(t, v);
-    score[v] = sum;
-    open[v] = is_open(known[v], sum, open_side);
+  template <int kLanes>
+  SIMPLEXSEG_HD void run(int v) const {
+    float sum[kLanes]{};
+    for (int t = 0; t < terms.terms; ++t) {
+      float angle[kLanes];
+      for (int l = 0; l < kLanes; ++l) angle[l] = terms.phase[t];
+      for (int f = 0; f < terms.features; ++f)
+        for (int l = 0; l < kLanes; ++l)
+          angle[l] += terms.frequency[f * terms.terms + t] * terms.feature[f * terms.voxels + v + l];
+      for (int l = 0; l < kLanes; ++l) sum[l] += weight[t] * cosine_of_turns(angle[l]);
+    }
+    for (int l = 0; l < kLanes; ++l) {
+      score[v + l] = sum[l];
+      open[v + l] = is_open(known[v + l], sum[l], open_side);
+    }
   }
 };
 
-/// MarkClassifier on an executor. Its equations are summed there, and solved on the host.
+/// Classifier of cells (mark_classifier.h). Its equations are summed by the executor, and solved on the host.
 template <class Executor>
 class ParallelLooks {
  public:
@@ -108,7 +122,10 @@ class ParallelLooks {
         features_(features),
         width_((settings_.terms + 1 + ProductsOfRows::kTile - 1) / ProductsOfRows::kTile * ProductsOfRows::kTile) {
     const FourierTerms terms = fourier_terms(settings_, features);
-    frequency_ = executor.template copy_of<float>(terms.frequency);
+    std::vector<float> frequency(terms.frequency.size());
+    for (int t = 0; t < settings_.terms; ++t)
+      for (int f = 0; f < features; ++f) frequency[f * settings_.terms + t] = terms.frequency[t * features + f];
+    frequency_ = executor.template copy_of<float>(frequency);
     phase_ = executor.template copy_of<float>(terms.phase);
     weight_ = executor.template array<float>(settings_.terms);
     sum_ = executor.template array<float>(std::size_t(width_) * width_);
@@ -121,12 +138,12 @@ class ParallelLooks {
     std::vector<RowSample> all;
     all.reserve(samples.inside.size() + samples.outside.size());
     for (const bool in : {true, false}) {
-      const std::vector<MarkClassifier::Sample>& some = in ? samples.inside : samples.outside;
+      const std::vector<ClassifierSample>& some = in ? samples.inside : samples.outside;
       double total = 0;
-      for (const MarkClassifier::Sample& s : some) total += s.weight;
+      for (const ClassifierSample& s : some) total += s.weight;
       RowSample row{};
       float weight = -1;  // of the sample before: long lists have few different ones
-      for (const MarkClassifier::Sample& s : some) {
+      for (const ClassifierSample& s : some) {
         if (s.weight != weight) {
           weight = s.weight;
           const float share = static_cast<float>(weight / total), root = std::sqrt(share);
@@ -147,7 +164,7 @@ class ParallelLooks {
     }
     terms_ = {settings_.terms, features_, voxels, frequency_.data(), phase_.data(), feature};
     const RowSample* const uploaded = samples_.set(executor_, all);
-    executor_.each(count * width_, RowsOfSamples{terms_, width_, uploaded, rows_.data()});
+    executor_.each_cell_lanes(BoxGrid{{width_, count, 1}}, RowsOfSamples{terms_, uploaded, rows_.data()});
     executor_.each(parts * tiles * tiles, ProductsOfRows{width_, count, rows_.data(), parts_.data()});
     executor_.each(size, SumOfParts{width_, parts, parts_.data(), sum_.data()});
     fetched_ = executor_.fetch(sum_.data(), size);
@@ -161,7 +178,7 @@ class ParallelLooks {
     const int n = settings_.terms;
     const std::vector<float> weights = term_weights(sum.topLeftCorner(n, n).transpose(), sum.col(n).head(n), settings_);
     executor_.template upload<float>(weights, weight_.data());
-    executor_.each(terms_.voxels, ScoreOfLooks{terms_, weight_.data(), known, open_side, score, open});
+    executor_.each_lanes(terms_.voxels, ScoreOfLooks{terms_, weight_.data(), known, open_side, score, open});
   }
   /// The memory of the equations goes until the next time.
   void put_work_away() { rows_ = {}, parts_ = {}, received_ = {}; }
@@ -174,7 +191,7 @@ class ParallelLooks {
   using Floats = typename Executor::template Array<float>;
 
   const Executor& executor_;
-  MarkClassifier::Settings settings_;
+  ClassifierSettings settings_;
   int features_, width_;
   TermsView terms_{};
   Floats frequency_, phase_, weight_, sum_, rows_, parts_;

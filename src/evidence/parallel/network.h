@@ -3,45 +3,48 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/expect.h"
 #include "evidence/parallel/executor.h"
 #include "evidence/prior_network.h"
 
 namespace simplexseg {
 
-/// A PriorNetwork in the executor's memory, all layers kMostWidth wide, with zeros.
+/// A PriorNetwork in the executor's memory: all layers kMostWidth wide, with zeros.
 struct NetworkView {
-  const float* numbers;  ///< centres, scales; of each layer its weights, row by row, and its biases
+  static constexpr int kMostLayers = 6;
+  const float* numbers;  ///< centres, scales; weights of each layer, row by row, and its biases
   int layers;
+  int in[kMostLayers], out[kMostLayers];  ///< numbers of inputs and outputs that are not padding
 
-  /// Takes features and gives them to a network.
-  struct Input {
-    const float* numbers;
-    float* x;
-    SIMPLEXSEG_HD void operator()(int feature, float value) const {
-      x[feature] = seen_by_network(value, numbers[feature], numbers[kMostWidth + feature]);
-    }
-  };
-
-  /// What it says of voxel v, whose features features.fill(v, set) gives: 0..255 for 0..1.
-  template <class Features>
-  SIMPLEXSEG_HD std::uint8_t answer(const Features& features, int v) const {
-    float x[kMostWidth]{}, y[kMostWidth];
-    features.fill(v, Input{numbers, x});
+  /// Writes the probabilities, 0..255 for 0..1, of cells v ... v + kLanes - 1, whose features are features.fill(cell,
+  /// set).
+  template <int kLanes, class Features>
+  SIMPLEXSEG_HD void evaluate(const Features& features, int v, std::uint8_t (&probability)[kLanes]) const {
+    float x[kMostWidth][kLanes]{}, y[kMostWidth][kLanes];
+    for (int l = 0; l < kLanes; ++l) features.fill(v + l, [&](int f, float value) { x[f][l] = value; });
+    SIMPLEXSEG_UNROLL_ALL
+    for (int f = 0; f < Features::kFeatures; ++f)
+      for (int l = 0; l < kLanes; ++l) x[f][l] = seen_by_network(x[f][l], numbers[f], numbers[kMostWidth + f]);
     const float* at = numbers + 2 * kMostWidth;
-    for (int l = 0; l < layers; ++l) {
-      const bool last = l + 1 == layers;
+    for (int layer = 0; layer < layers; ++layer) {
+      const bool last = layer + 1 == layers;
+      // On a device all loops are unrolled, so that x and y are registers.
+      const int outputs = kLanes == 1 ? kMostWidth : out[layer], inputs = kLanes == 1 ? kMostWidth : in[layer];
       SIMPLEXSEG_UNROLL_ALL
-      for (int o = 0; o < kMostWidth; ++o) {
-        float sum = at[kMostWidth * kMostWidth + o];
+      for (int o = 0; o < outputs; ++o) {
+        float sum[kLanes];
+        for (int l = 0; l < kLanes; ++l) sum[l] = at[kMostWidth * kMostWidth + o];
         SIMPLEXSEG_UNROLL_ALL
-        for (int i = 0; i < kMostWidth; ++i) sum += at[o * kMostWidth + i] * x[i];
-        y[o] = last || sum > 0 ? sum : 0;
+        for (int i = 0; i < inputs; ++i)
+          for (int l = 0; l < kLanes; ++l) sum[l] += at[o * kMostWidth + i] * x[i][l];
+        for (int l = 0; l < kLanes; ++l) y[o][l] = last || sum[l] > 0 ? sum[l] : 0;
       }
       SIMPLEXSEG_UNROLL_ALL
-      for (int o = 0; o < kMostWidth; ++o) x[o] = y[o];
+      for (int o = 0; o < outputs; ++o)
+        for (int l = 0; l < kLanes; ++l) x[o][l] = y[o][l];
       at += kMostWidth * kMostWidth + kMostWidth;
     }
-    return answer_of_network(x[0]);
+    for (int l = 0; l < kLanes; ++l) probability[l] = answer_of_network(x[0][l]);
   }
 };
 
@@ -49,14 +52,16 @@ template <class Executor>
 class ParallelNetwork {
  public:
   ParallelNetwork(const Executor& executor, const PriorNetwork& network)
-      : layers_(static_cast<int>(network.layers.size())) {
+      : view_{nullptr, static_cast<int>(network.layers.size()), {}, {}} {
+    SIMPLEXSEG_EXPECT(view_.layers <= NetworkView::kMostLayers);
     std::vector<float> numbers(2 * kMostWidth);
     for (int f = 0; f < network.features(); ++f) {
       numbers[f] = network.centre[f];
       numbers[kMostWidth + f] = network.scale[f];
     }
     for (const PriorNetwork::Layer& layer : network.layers) {
-      const std::size_t first = numbers.size();
+      const std::size_t first = numbers.size(), l = &layer - network.layers.data();
+      view_.in[l] = layer.in, view_.out[l] = layer.out;
       numbers.resize(first + kMostWidth * kMostWidth + kMostWidth);
       for (int o = 0; o < layer.out; ++o) {
         for (int i = 0; i < layer.in; ++i) numbers[first + o * kMostWidth + i] = layer.weight[o * layer.in + i];
@@ -64,12 +69,13 @@ class ParallelNetwork {
       }
     }
     numbers_ = executor.template copy_of<float>(numbers);
+    view_.numbers = numbers_.data();
   }
-  NetworkView view() const { return {numbers_.data(), layers_}; }
+  const NetworkView& view() const { return view_; }
   std::size_t bytes() const { return numbers_.bytes(); }
 
  private:
-  int layers_;
+  NetworkView view_;
   typename Executor::template Array<float> numbers_;
 };
 

@@ -12,10 +12,10 @@
 
 namespace simplexseg {
 
-/// From place x of n in a row to the nearer end.
-SIMPLEXSEG_HD int steps_to_side(int x, int n) { return smaller(x, n - 1 - x); }
+/// Number of cells between index x of n along an axis and the nearer side of the box; an axis of one cell has no sides.
+SIMPLEXSEG_HD int steps_to_side(int x, int n) { return n == 1 ? 0x7fffffff : smaller(x, n - 1 - x); }
 
-/// object_of_field() (evidence/field_object.h), with the same result.
+/// Finds the object of a field (FieldObject).
 template <class Executor>
 class ParallelObject {
  public:
@@ -37,27 +37,27 @@ class ParallelObject {
     const int n = grid.count(), ni = box_.size[0], nj = box_.size[1], nk = box_.size[2];
     int* const found = found_.data();
     const KeptVoxels object = keep_connected(
-        executor_, grid, [=] SIMPLEXSEG_KERNEL(int v) { return field[v] > 0.5f; },
-        [=] SIMPLEXSEG_KERNEL(int v) { return known[v] == Constraint::Inside; }, parent_.data(), keep_.data());
+        executor_, grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return field[at.v] > 0.5f; },
+        [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return known[at.v] == Constraint::Inside; }, parent_.data(),
+        keep_.data());
     executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
       voxels[v] = object(v);
       if (v != 0) return;
       for (int q = 0; q < kNumbers; ++q) found[q] = q < kHigh ? kNone : q < kNearObject ? -1 : 0;
     });
     const KeptVoxels open = keep_connected(
-        executor_, grid, [=] SIMPLEXSEG_KERNEL(int v) { return voxels[v] == 0; },
-        [=] SIMPLEXSEG_KERNEL(int v) {
-          const int i = v % ni, j = v / ni % nj, k = v / ni / nj;
-          return is_excluded(known[v]) || steps_to_side(i, ni) == 0 || steps_to_side(j, nj) == 0 ||
-                 steps_to_side(k, nk) == 0;
+        executor_, grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return voxels[at.v] == 0; },
+        [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
+          return is_excluded(known[at.v]) || steps_to_side(at.i, ni) == 0 || steps_to_side(at.j, nj) == 0 ||
+                 steps_to_side(at.k, nk) == 0;
         },
         parent_.data(), keep_.data());
     // Where a row of the object begins and ends, and what lies near the box's sides.
-    executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
+    executor_.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
+      const int i = at.i, j = at.j, k = at.k, v = at.v;
       const bool is = !open(v);
       voxels[v] = is;
       if (!is) return;
-      const int i = v % ni, j = v / ni % nj, k = v / ni / nj;
       if (i == 0 || open(v - 1)) {
         lower(found + kLow, i);
         lower(found + kLow + 1, j);
@@ -90,7 +90,7 @@ class ParallelObject {
     double all = 1, inner = 1;
     for (int a = 0; a < 3; ++a) {
       all *= box_.size[a];
-      inner *= std::max(0, box_.size[a] - 2 * (kNearSide + 1));
+      inner *= box_.size[a] == 1 ? 1 : std::max(0, box_.size[a] - 2 * (kNearSide + 1));
       if (found[kHigh + a] < 0) continue;
       summary.around.first[a] = box_.first[a] + found[kLow + a];
       summary.around.size[a] = found[kHigh + a] - found[kLow + a] + 1;

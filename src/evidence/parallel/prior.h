@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "evidence/coarse_image.h"
-#include "evidence/coarse_prior.h"
 #include "evidence/conductances.h"
+#include "evidence/field_solver.h"
 #include "evidence/find_value.h"
 #include "evidence/parallel/blocks.h"
 #include "evidence/parallel/distance.h"
@@ -34,10 +34,10 @@ struct DevicePrompts {
   double reach_mm, radius_mm;
 };
 
-/// CoarsePrior on an executor: the same blocks, features and networks, whose numbers differ by rounding, in that ways
-/// to marks are followed to the end, and in that the median of the shell about the marks is found by a histogram. What
-/// is said of the image alone is made by the CPU, once for a box; what is said of marks by the executor, but for the
-/// solution of the classifier's equations and medians within the marks. The same bits every time on one executor.
+/// The prior of the field, P(object), on blocks of cells: the wider, the larger the object is, so that objects of any
+/// size look alike, noise is averaged, and a large object takes no longer than a small one. Features of the image alone
+/// are computed by the CPU, once for a box; features of marks by the executor, except for the solution of the
+/// classifier's equations and medians within the marks. The bits of an executor are reproducible.
 template <class Executor>
 class ParallelPrior {
  public:
@@ -50,7 +50,8 @@ class ParallelPrior {
         update_network_(executor, networks_of(settings).update),
         painted_(executor) {}
 
-  /// CoarsePrior::set_box()
+  /// Sets the image of a box of cells whose first cell is `first`, for an object of this scale. `cells`: grid of all
+  /// cells of the volume.
   void set_box(const BoxImage& image, const VolumeGeometry& cells, const std::array<int, 3>& first, double reach_mm) {
     coarse_ = coarse_image(cells, image, first, reach_mm, settings_, run_);
     const std::size_t n = blocks();
@@ -66,7 +67,7 @@ class ParallelPrior {
     put_work_away();
   }
 
-  /// Learns from the marks what each block is. `progress`: CoarsePrior::learn().
+  /// Computes the prior of all blocks. `progress`: receives the end of FieldPhase::CoarsePrior; or null.
   void learn(const DevicePrompts& said, UpdateProgress* progress = nullptr) {
     take_work_out();
     const bool remembers = !said.fresh.empty() && settings_.memory;
@@ -87,26 +88,36 @@ class ParallelPrior {
     ways_->finish();
     view.wall = median_of_shell(received_counts(shell));
     if (progress) progress->advance(FieldPhase::CoarsePrior);
-    executor_.each(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_});
-    if (remembers)
-      executor_.each(blocks(), AnswerOfUpdate{update_view(said), update_network_.view(), prior_});
-    else if (settings_.expected_dice_threshold)
+    if (records_) record(view, recorded_.marks);
+    executor_.each_lanes(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_});
+    if (remembers) {
+      const UpdateView update = update_view(said);
+      if (records_) record_update(update);
+      executor_.each_lanes(blocks(), AnswerOfUpdate{update, update_network_.view(), prior_});
+    } else if (settings_.expected_dice_threshold) {
       move_to_best_cut();
+    }
   }
 
-  /// CoarsePrior::interpolate(); a value for each voxel of the box, in the executor's memory.
+  /// FieldSolver::record_features()
+  void record_features(bool record) { records_ = record; }
+  const PriorFeatures& features() const { return recorded_; }
+
+  /// Writes P(object), 0..255 for 0..1, of each cell of the box. `smoothed`: smoothed image of the cells; `edge`: a
+  /// difference in it that is an edge. Linear between the centres of blocks; blocks that resemble the cell have more
+  /// weight, so that edges are preserved (joint bilateral upsampling, Kopf et al. 2007).
   void interpolate(const float* smoothed, float edge, std::uint8_t* voxels) const {
     const VoxelBlocks& b = coarse_.blocks;
     if (b.width == std::array{1, 1, 1})
       executor_.copy(static_cast<const std::uint8_t*>(prior_), voxels, blocks());
     else
-      executor_.each(b.fine.count(),
-                     InterpolateBlocks{b.fine, b.coarse, b.width, prior_, image_.data(), smoothed, 1 / edge, voxels});
+      executor_.each_cell(
+          b.fine, InterpolateBlocks{b.fine, b.coarse, b.width, prior_, image_.data(), smoothed, 1 / edge, voxels});
   }
-  /// CoarsePrior::mark_open(), in the executor's memory.
+  /// Sets to not 0 the cells of the sides of the box that may be in the object.
   void mark_open(const Constraint* known, std::uint8_t* open) const {
     const VoxelBlocks& b = coarse_.blocks;
-    executor_.each(b.fine.count(), OpenVoxel{b.fine, b.coarse, b.width, known, open_, open});
+    executor_.each_cell(b.fine, OpenVoxel{b.fine, b.coarse, b.width, known, open_, open});
   }
   /// What was learned goes, and the memory that learning takes, until the next time.
   void put_work_away() {
@@ -173,9 +184,11 @@ class ParallelPrior {
   void find_known(const DevicePrompts& said) {
     const PaintedBalls marks = painted_.upload(coarse_.geometry, VoxelBox{{0, 0, 0}, grid().size}, said.marks);
     const VoxelBlocks& b = coarse_.blocks;
-    executor_.each(blocks(),
-                   SaidOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(), before_});
-    const auto difference = fetch_inner_difference(executor_, grid(), coarse_.spacing_mm, image_.data(), known_.data());
+    executor_.each_cell(
+        grid(), ConstraintOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(), before_});
+    const VoxelBox box{{0, 0, 0}, grid().size};
+    const auto difference = fetch_inner_difference(executor_, grid(), coarse_.spacing_mm, image_.data(), known_.data(),
+                                                   box_around_inside(painted_balls(coarse_.geometry, box, said.marks)));
     known_on_host_.resize(blocks());
     executor_.download(known_.data(), std::span<Constraint>(known_on_host_));
     inner_difference_ = received_inner_difference(executor_, difference);
@@ -201,7 +214,7 @@ class ParallelPrior {
     view.image = image_.data();
     for (int s = 1; s < 3; ++s) view.smoothed[s - 1] = features_.data() + std::size_t(s) * blocks();
     view.score = score_;
-    view.walk = walker_->field();
+    view.walker = walker_->field();
     view.inside = inside_, view.outside = outside_;
     view.edges_in = edges_in_, view.edges_out = edges_out_;
     view.from_inside = from_inside_, view.from_outside = from_outside_;
@@ -262,7 +275,7 @@ class ParallelPrior {
     nearest.inside = places_.set(executor_, places);
     nearest.fresh = nearest.inside + nearest.inside_count;
     nearest.fresh_balls = fresh_on_executor_ = fresh_.set(executor_, fresh);
-    executor_.each(blocks(), nearest);
+    executor_.each_cell(grid(), nearest);
   }
   /// Of the blocks about a place; the first of several.
   int nearest_block(const IndexPlace& place, const SquareInMm& square_mm) const {
@@ -277,7 +290,7 @@ class ParallelPrior {
       for (int j = low[1]; j <= high[1]; ++j)
         for (int i = low[0]; i <= high[0]; ++i) {
           const int v = (k * grid().size[1] + j) * grid().size[0] + i;
-          const float square = square_mm(GridPlace(grid(), v), place);
+          const float square = square_mm(cell_at(grid(), v), place);
           if (square < least) least = square, found = v;
         }
     return found;
@@ -308,7 +321,7 @@ class ParallelPrior {
 
   void begin_ways(bool remembers, float noise) {
     const EdgeCost changes = cost_of_changes(settings_), edges = cost_of_edges(noise);
-    const std::array<typename ParallelGeodesic<Executor>::Distance, LowerWays::kMost> ways{
+    const std::array<typename ParallelGeodesic<Executor>::Distance, kMostDistances> ways{
         {{inside_, changes}, {edges_in_, edges}, {outside_, changes}, {edges_out_, edges}, {edges_to_fresh_, edges}}};
     ways_->begin(std::span(ways).first(remembers ? 5 : 4));
   }
@@ -333,7 +346,7 @@ class ParallelPrior {
     executor_.each(blocks(), StartWalk{known_.data(), open_, held_, finite_, walker_->field()});
     executor_.clear(prior_, blocks());  // nothing draws the walk to it
     set_edges(executor_, *walker_, coarse_.spacing_mm, image_.data(), finite_, sharpness, 0);
-    walker_->solve(prior_, held_, kWalkTolerance, settings_.most_iterations);
+    walker_->solve(prior_, held_, kWalkerTolerance, settings_.most_iterations);
     executor_.copy(static_cast<const float*>(walker_->field()), walk_.data(), walk_.size());
   }
 
@@ -359,6 +372,29 @@ class ParallelPrior {
     return count;
   }
 
+  /// Copies the features of all blocks to the host.
+  template <class View>
+  void record(const View& view, std::vector<std::vector<float>>& to) {
+    const auto all = executor_.template array<float>(std::size_t(View::kFeatures) * blocks());
+    executor_.each(blocks(), RecordedFeatures<View>{view, all.data(), blocks()});
+    to.assign(View::kFeatures, std::vector<float>(blocks()));
+    for (int f = 0; f < View::kFeatures; ++f)
+      executor_.download(all.data() + std::size_t(f) * blocks(), std::span<float>(to[f]));
+    recorded_.size = grid().size;
+    recorded_.known = known_on_host_;
+    recorded_.update.clear();
+    recorded_.near_inside.clear();
+  }
+  void record_update(const UpdateView& view) {
+    std::vector<std::vector<float>> update;
+    record(view, update);
+    recorded_.update = std::move(update);
+    const auto inside = executor_.template array<std::uint8_t>(blocks());
+    executor_.each(blocks(), NearestIsInside{view, inside.data()});
+    recorded_.near_inside.resize(blocks());
+    executor_.download(inside.data(), std::span<std::uint8_t>(recorded_.near_inside));
+  }
+
   void move_to_best_cut() {
     const std::vector<int> counts = received_counts(fetch_counts(BinOfCut{known_.data(), prior_}));
     executor_.each(blocks(), MoveToCut{raise_to_best_cut(std::span<const int, 256>(counts.data(), 256)), prior_});
@@ -374,6 +410,8 @@ class ParallelPrior {
   UploadedList<Executor, NewMarkVoxel> fresh_;
   const NewMarkVoxel* fresh_on_executor_ = nullptr;
 
+  bool records_ = false;
+  PriorFeatures recorded_;
   CoarseImage coarse_;
   float inner_difference_ = 0;
   std::vector<Constraint> known_on_host_;

@@ -22,7 +22,7 @@ struct IndexPlace {
 /// mm^2 between places of a grid whatever the directions of its axes are.
 struct SquareInMm {
   float mm[3][3];  ///< of a difference of indices
-  SIMPLEXSEG_HD float operator()(const GridPlace& p, const IndexPlace& q) const {
+  SIMPLEXSEG_HD float operator()(const CellAt& p, const IndexPlace& q) const {
     const float x = static_cast<float>(p.i) - q.index[0], y = static_cast<float>(p.j) - q.index[1],
                 z = static_cast<float>(p.k) - q.index[2];
     float sum = 0;
@@ -48,8 +48,8 @@ struct NearestMarks {
   std::uint16_t *nearest, *nearest_fresh;
   float *to_inside, *edges_in, *edges_to_fresh;
 
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const GridPlace p(grid, v);
+  SIMPLEXSEG_HD void operator()(const CellAt& p) const {
+    const int v = p.v;
     float in = kFarSquare, out = kFarSquare, least = kFarSquare;
     int of_ball = 0, of_fresh = 0;
     for (int m = 0; m < inside_count; ++m) in = smaller(square_mm(p, inside[m]), in);
@@ -127,14 +127,40 @@ struct AnswerOfMarks {
   MarkView view;
   NetworkView network;
   std::uint8_t* prior;
-  SIMPLEXSEG_HD void operator()(int v) const { prior[v] = network.answer(view, v); }
+  template <int kLanes>
+  SIMPLEXSEG_HD void run(int v) const {
+    std::uint8_t probability[kLanes];
+    network.evaluate<kLanes>(view, v, probability);
+    for (int l = 0; l < kLanes; ++l) prior[v + l] = probability[l];
+  }
 };
-/// view.anew may be `prior`.
+/// view.prior_of_marks may be `prior`.
 struct AnswerOfUpdate {
   UpdateView view;
   NetworkView network;
   std::uint8_t* prior;
-  SIMPLEXSEG_HD void operator()(int v) const { prior[v] = view.with_memory(v, network.answer(view, v)); }
+  template <int kLanes>
+  SIMPLEXSEG_HD void run(int v) const {
+    std::uint8_t probability[kLanes];
+    network.evaluate<kLanes>(view, v, probability);
+    for (int l = 0; l < kLanes; ++l) prior[v + l] = view.with_memory(v + l, probability[l]);
+  }
+};
+
+/// Writes the features of a view, one list per feature.
+template <class View>
+struct RecordedFeatures {
+  View view;
+  float* to;
+  int blocks;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    view.fill(v, [&](int f, float value) { to[f * blocks + v] = value; });
+  }
+};
+struct NearestIsInside {
+  UpdateView view;
+  std::uint8_t* to;
+  SIMPLEXSEG_HD void operator()(int v) const { to[v] = view.nearest_is_inside(v) ? 1 : 0; }
 };
 
 struct BinOfCut {

@@ -15,8 +15,17 @@
 
 namespace simplexseg {
 
-/// refine_in_narrow_band() of evidence/surface_layer.h on an executor: `object` and the smallest box around it as
-/// ParallelObject finds them, `before` null where there is none, all pointers to its memory.
+/// Moves the surface of the object within a narrow band by the image: log odds of the intensity of a cell under local
+/// normal distributions inside and outside the object, with means and variances in Gaussian windows (Li, Kao, Gore and
+/// Ding 2008, Minimization of Region-Scalable Fitting Energy; Lankton and Tannenbaum 2008, Localizing Region-Based
+/// Active Contours), are added to the log odds of the field. Their weight depends on the share of the band around the
+/// cell where they agree with the field, and on the share of marks in the band with which they agree. Where the weight
+/// is small, the surface is smoothed (docs/adr/0024-narrow-band.md).
+///
+/// `said`: terms from the marks (docs/adr/0026-band-offset-from-marks.md, docs/adr/0033-temporal-term.md). `before`:
+/// field before the new marks, 1..255 for 0..1, 0: unknown; or null. `probability`: field of the box, changed where
+/// there is no constraint and within `surface_layer` of the surface. `image`: BoxImage::value, not smoothed. `object`,
+/// `around`: of ParallelObject. All pointers are to memory of the executor.
 template <class Executor>
 void refine_in_narrow_band(const Executor& executor, float* probability, const std::uint8_t* object,
                            const VoxelBox& around, const Constraint* known, const float* image,
@@ -48,8 +57,8 @@ void refine_in_narrow_band(const Executor& executor, float* probability, const s
                *const once = spare + room, *const from_had = once + room;
   std::uint8_t *const was = bytes.data(), *const is = was + room, *const had = is + room;
   SmoothedFields<Executor, 1> even(executor, grid);
-  executor.each(n,
-                CutPart{part, object, known, image, probability, was, is, marked.data(), value, field, even.data(0)});
+  executor.each_cell(
+      grid, CutPart{part, object, known, image, probability, was, is, marked.data(), value, field, even.data(0)});
   const auto measure = [&](const std::uint8_t* side, float* to) {
     distance_to_surface(executor, side, grid, spacing_mm, voxel_mm, near_mm, to, spare);
   };
@@ -70,7 +79,7 @@ void refine_in_narrow_band(const Executor& executor, float* probability, const s
   typename Executor::template Array<SurfaceMove> moves;
   if (before != nullptr && said.has_temporal_term()) {
     if (!said.moves.empty()) moves = executor.copy_of(std::span<const SurfaceMove>(said.moves));
-    executor.each(n, CutBefore{part, before, had});
+    executor.each_cell(grid, CutBefore{part, before, had});
     measure(had, from_had);
     held.moves = moves.data(), held.object = had, held.distance = from_had;
   }
@@ -106,7 +115,7 @@ void refine_in_narrow_band(const Executor& executor, float* probability, const s
                                   odds,
                                   is});
   }
-  executor.each(n, WriteSettled{{marked.data(), distance, layer_mm}, part, odds, probability});
+  executor.each_cell(grid, WriteSettled{{marked.data(), distance, layer_mm}, part, odds, probability});
 }
 
 /// EvidenceField::Report::expected_dice of a field and its object: what it is made of is fetched, and put together when
@@ -120,7 +129,7 @@ typename Executor::template Fetched<double> begin_expected_dice(const Executor& 
 }
 template <class Executor>
 double end_expected_dice(const Executor& executor, const typename Executor::template Fetched<double>& fetched) {
-  std::array<double, 3> found;
+  std::array<double, 3> found{};
   executor.receive(fetched, std::span<double>(found));
   return found[2] == 0 ? 0 : 2 * found[1] / (found[2] + found[0]);
 }

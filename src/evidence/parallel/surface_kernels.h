@@ -16,9 +16,8 @@ namespace simplexseg::surface {
 /// A part of a box.
 struct PartOfBox {
   int first[3], size[3], outer[3];
-  SIMPLEXSEG_HD int in_box(int v) const {
-    const int i = v % size[0], j = v / size[0] % size[1], k = v / (size[0] * size[1]);
-    return ((k + first[2]) * outer[1] + j + first[1]) * outer[0] + i + first[0];
+  SIMPLEXSEG_HD int in_box(const CellAt& at) const {
+    return ((at.k + first[2]) * outer[1] + at.j + first[1]) * outer[0] + at.i + first[0];
   }
 };
 
@@ -30,8 +29,8 @@ struct CutPart {
   std::uint8_t *was, *is;
   Constraint* said;
   float *value, *field, *even;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const int u = part.in_box(v);
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
+    const int u = part.in_box(at), v = at.v;
     was[v] = is[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = even[v] = probability[u];
   }
 };
@@ -41,7 +40,9 @@ struct CutBefore {
   PartOfBox part;
   const std::uint8_t* before;
   std::uint8_t* had;
-  SIMPLEXSEG_HD void operator()(int v) const { had[v] = before[part.in_box(v)] > kPreviousThreshold ? 1 : 0; }
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
+    had[at.v] = before[part.in_box(at)] > kPreviousThreshold ? 1 : 0;
+  }
 };
 
 /// Of every step-th voxel the difference to the next one along i, both in the object; else -1.
@@ -156,8 +157,8 @@ struct WriteSettled {
   PartOfBox part;
   const float* odds;
   float* probability;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    if (can_change(v)) probability[part.in_box(v)] = probability_of(odds[v]);
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
+    if (can_change(at.v)) probability[part.in_box(at)] = probability_of(odds[at.v]);
   }
 };
 

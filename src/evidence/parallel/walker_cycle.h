@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of ParallelWalker: a multigrid cycle in four passes a level. What a red-black sweep from zero writes is r /
-// d, so the second colour takes that from r itself, what is left of the first colour's residual is the flow from the
-// second, and what a coarser level adds to the first colour is needed by the second one's next sweep alone.
+// Kernels of the solver of the random walker (walker.h): a multigrid cycle in four passes per level. The first half of
+// a red-black sweep from zero gives r / d, so the second colour computes that from r, the residual of the first colour
+// is the flow from the second one, and only the next sweep of the second colour needs the coarse correction of the
+// first.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -11,30 +13,18 @@
 
 namespace simplexseg {
 
-inline constexpr int kMostLevels = 12;
-inline constexpr int kTeamSweeps = 3;  ///< of the coarsest level before and after; more save no iteration
+inline constexpr int kMaxLevels = 12;
+inline constexpr int kCoarsestSweeps = 3;  ///< before and after the middle sweep; more save no iteration
 
 struct LevelPointers {
   LevelView edges;
-  int size[3];
-  int step[3];  ///< 2 along an axis along which the next level has half the voxels, else 1
+  BoxGrid grid;
+  int shift[3];  ///< 1 along an axis along which the next level has half the cells, else 0
   float *mass, *diagonal, *correction, *residual;
 
-  SIMPLEXSEG_HD int count() const { return size[0] * size[1] * size[2]; }
-  SIMPLEXSEG_HD int row_half() const { return (size[0] + 1) / 2; }
-  SIMPLEXSEG_HD int half_count() const { return row_half() * size[1] * size[2]; }
-  struct At {
-    int i, j, k, v;
-  };
-  SIMPLEXSEG_HD At at(int v) const { return {v % size[0], v / size[0] % size[1], v / (size[0] * size[1]), v}; }
-  /// The t-th voxel of a colour, i + j + k even or odd; i may lie behind the row's end.
-  SIMPLEXSEG_HD At coloured(int t, int colour) const {
-    const int half = row_half(), row = t / half, j = row % size[1], k = row / size[1];
-    const int i = 2 * (t % half) + ((j + k + colour) & 1);
-    return {i, j, k, row * size[0] + i};
-  }
-  /// The sum of weight times value(u) over the six neighbours u; value is asked beyond the box, too, where weights are
-  /// 0.
+  SIMPLEXSEG_HD int count() const { return grid.count(); }
+  /// Sum of weight times value(u) over the six neighbours u. Beyond the box, where weights are 0, value(u) of any
+  /// cell within one plane of v is evaluated.
   template <class Value>
   SIMPLEXSEG_HD float flow(int v, const Value& value) const {
     const int row = edges.row, plane = edges.plane;
@@ -67,26 +57,27 @@ struct CutAllHeldEdges {
 struct AllConductances {
   Conductance along[3];
   float* weight[3];
-  int size[3];
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const int at[3]{v % size[0], v / size[0] % size[1], v / (size[0] * size[1])};
-    for (int a = 0; a < 3; ++a) weight[a][v] = at[a] + 1 < size[a] ? along[a](v) : 0.0f;
+  BoxGrid grid;
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
+    weight[0][at.v] = at.i + 1 < grid.size[0] ? along[0](at.v) : 0.0f;
+    weight[1][at.v] = at.j + 1 < grid.size[1] ? along[1](at.v) : 0.0f;
+    weight[2][at.v] = at.k + 1 < grid.size[2] ? along[2](at.v) : 0.0f;
   }
 };
 
-/// The sums over the voxels of a coarser level's voxel.
+/// Sums over the cells of a coarse cell.
 struct Coarsen {
   LevelPointers fine, coarse;
   SIMPLEXSEG_HD void operator()(int to) const {
-    const LevelPointers::At at = coarse.at(to);
-    const int first[3]{at.i * fine.step[0], at.j * fine.step[1], at.k * fine.step[2]};
+    const CellAt at = cell_at(coarse.grid, to);
+    const int first[3]{at.i << fine.shift[0], at.j << fine.shift[1], at.k << fine.shift[2]};
     int last[3];
-    for (int a = 0; a < 3; ++a) last[a] = smaller(first[a] + fine.step[a], fine.size[a]) - 1;
+    for (int a = 0; a < 3; ++a) last[a] = smaller(first[a] + (1 << fine.shift[a]), fine.grid.size[a]) - 1;
     float mass = 0, wx = 0, wy = 0, wz = 0;
     for (int z = first[2]; z <= last[2]; ++z)
       for (int y = first[1]; y <= last[1]; ++y)
         for (int x = first[0]; x <= last[0]; ++x) {
-          const int v = (z * fine.size[1] + y) * fine.size[0] + x;
+          const int v = (z * fine.grid.size[1] + y) * fine.grid.size[0] + x;
           mass += fine.mass[v];
           if (x == last[0]) wx += fine.edges.wx[v];
           if (y == last[1]) wy += fine.edges.wy[v];
@@ -102,9 +93,7 @@ struct Coarsen {
 /// Both colours from zero; writes the second.
 struct FirstSweep {
   LevelPointers level;
-  SIMPLEXSEG_HD void operator()(int t) const {
-    const LevelPointers::At at = level.coloured(t, 1);
-    if (at.i >= level.size[0]) return;
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
     const float *const r = level.residual, *const inverse = level.diagonal;
     const float flow = level.flow(at.v, [=](int u) { return r[u] * inverse[u]; });
     level.correction[at.v] = (r[at.v] + flow) * inverse[at.v];
@@ -113,99 +102,137 @@ struct FirstSweep {
 
 struct RestrictResidual {
   LevelPointers fine, coarse;
-  SIMPLEXSEG_HD void operator()(int to) const {
-    const LevelPointers::At at = coarse.at(to);
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
     const float* const z = fine.correction;
+    const BoxGrid& grid = fine.grid;
+    const int i0 = at.i << fine.shift[0], j0 = at.j << fine.shift[1], k0 = at.k << fine.shift[2];
     float sum = 0;
-    for (int k = at.k * fine.step[2]; k < smaller((at.k + 1) * fine.step[2], fine.size[2]); ++k)
-      for (int j = at.j * fine.step[1]; j < smaller((at.j + 1) * fine.step[1], fine.size[1]); ++j)
-        for (int i = at.i * fine.step[0]; i < smaller((at.i + 1) * fine.step[0], fine.size[0]); ++i)
-          if (((i + j + k) & 1) == 0)
-            sum += fine.flow((k * fine.size[1] + j) * fine.size[0] + i, [=](int u) { return z[u]; });
-    coarse.residual[to] = sum;
+    for (int k = k0; k < smaller(k0 + (1 << fine.shift[2]), grid.size[2]); ++k)
+      for (int j = j0; j < smaller(j0 + (1 << fine.shift[1]), grid.size[1]); ++j) {
+        const int i = i0 + ((i0 + j + k) & 1);  // of two cells along i, one has the first colour
+        if (i < smaller(i0 + (1 << fine.shift[0]), grid.size[0]))
+          sum += fine.flow((k * grid.size[1] + j) * grid.size[0] + i, [=](int u) { return z[u]; });
+      }
+    coarse.residual[at.v] = sum;
+  }
+  /// The same for a row of the coarse level, on the CPU.
+  void row(int j, int k) const {
+    const BoxGrid &grid = fine.grid, &to = coarse.grid;
+    float* const out = coarse.residual + (k * to.size[1] + j) * to.size[0];
+    std::fill_n(out, to.size[0], 0.0f);
+    const int end_j = std::min((j + 1) << fine.shift[1], grid.size[1]),
+              end_k = std::min((k + 1) << fine.shift[2], grid.size[2]);
+    const LevelView level = fine.edges;
+    const float* const z = fine.correction;
+    for (int kf = k << fine.shift[2]; kf < end_k; ++kf)
+      for (int jf = j << fine.shift[1]; jf < end_j; ++jf) {
+        const int odd = (jf + kf) & 1, first = (kf * grid.size[1] + jf) * grid.size[0] + odd;
+        const int count = (grid.size[0] - odd + 1) / 2;
+        if (fine.shift[0] != 0) {
+#pragma GCC ivdep
+          for (int half = 0; half < count; ++half) out[half] += level.flow(z, first + 2 * half);
+        } else {
+          for (int half = 0; half < count; ++half) out[2 * half + odd] += level.flow(z, first + 2 * half);
+        }
+      }
   }
 };
 
-/// The second colour, what the coarser level says added to the first.
+template <class Team>
+SIMPLEXSEG_HD void restrict_residual(const Team& team, const RestrictResidual& kernel) {
+  if constexpr (Team::kByRows)
+    team.each_row(kernel.coarse.grid, [&](int j, int k) { kernel.row(j, k); });
+  else
+    each_cell(team, kernel.coarse.grid, kernel);
+}
+
+/// The second colour, the coarse correction being added to the first. `kHalved`: whether the next level has half the
+/// cells along i.
+template <bool kHalved>
 struct SweepWithParents {
   LevelPointers fine, coarse;
-  SIMPLEXSEG_HD void operator()(int t) const {
-    const LevelPointers::At at = fine.coloured(t, 1);
-    if (at.i >= fine.size[0]) return;
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
     const float *const r = fine.residual, *const inverse = fine.diagonal, *const parents = coarse.correction;
-    const int di = fine.step[0], dj = fine.step[1], dk = fine.step[2];
-    const int line = (at.k / dk * coarse.size[1] + at.j / dj) * coarse.size[0];
-    const int row = fine.edges.row, plane = fine.edges.plane, v = at.v;
+    const LevelView& edges = fine.edges;
+    const int row = edges.row, plane = edges.plane, v = at.v;
+    // Neighbours beyond the box, whose weights are 0, are replaced by the cell itself.
+    const int below = at.j > 0, above = at.j + 1 < fine.grid.size[1], under = at.k > 0,
+              over = at.k + 1 < fine.grid.size[2];
+    // Parents of the cell and of its neighbours along i, linear in at.half.
+    const int own = kHalved ? at.half : at.i, left = kHalved ? at.half + ((at.odd - at.left) >> 1) : at.i - at.left,
+              right = kHalved ? at.half + ((at.odd + at.right) >> 1) : at.i + at.right;
+    const auto line = [&](int j, int k) {
+      return ((k >> fine.shift[2]) * coarse.grid.size[1] + (j >> fine.shift[1])) * coarse.grid.size[0];
+    };
     const auto value = [=](int u, int parent) { return r[u] * inverse[u] + parents[parent]; };
-    float flow = 0;
-    // Beyond the box weights are 0, and so are the values around the arrays.
-    if (at.i + 1 < fine.size[0]) flow += fine.edges.wx[v] * value(v + 1, line + (at.i + 1) / di);
-    if (at.i > 0) flow += fine.edges.wx[v - 1] * value(v - 1, line + (at.i - 1) / di);
-    const int own = at.i / di;
-    if (at.j + 1 < fine.size[1])
-      flow += fine.edges.wy[v] * value(v + row, (at.k / dk * coarse.size[1] + (at.j + 1) / dj) * coarse.size[0] + own);
-    if (at.j > 0)
-      flow += fine.edges.wy[v - row] *
-              value(v - row, (at.k / dk * coarse.size[1] + (at.j - 1) / dj) * coarse.size[0] + own);
-    if (at.k + 1 < fine.size[2])
-      flow +=
-          fine.edges.wz[v] * value(v + plane, ((at.k + 1) / dk * coarse.size[1] + at.j / dj) * coarse.size[0] + own);
-    if (at.k > 0)
-      flow += fine.edges.wz[v - plane] *
-              value(v - plane, ((at.k - 1) / dk * coarse.size[1] + at.j / dj) * coarse.size[0] + own);
+    const int here = line(at.j, at.k);
+    const float flow = edges.wx[v] * value(v + at.right, here + right) +
+                       edges.wx[v - 1] * value(v - at.left, here + left) +
+                       edges.wy[v] * value(v + above * row, line(at.j + above, at.k) + own) +
+                       edges.wy[v - row] * value(v - below * row, line(at.j - below, at.k) + own) +
+                       edges.wz[v] * value(v + over * plane, line(at.j, at.k + over) + own) +
+                       edges.wz[v - plane] * value(v - under * plane, line(at.j, at.k - under) + own);
     fine.correction[v] = (r[v] + flow) * inverse[v];
   }
 };
 
-/// A sweep of one colour from what the other has.
+/// A sweep of one colour from the values of the other.
 struct Sweep {
   LevelPointers level;
-  int colour;
-  SIMPLEXSEG_HD void operator()(int t) const {
-    const LevelPointers::At at = level.coloured(t, colour);
-    if (at.i >= level.size[0]) return;
-    const float* const z = level.correction;
-    const float flow = level.flow(at.v, [=](int u) { return z[u]; });
+  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
+    // Where there is no neighbour, and the weight is 0, a cell reads itself: beyond the end of a row there is a cell
+    // of the same colour, which another thread may be writing.
+    const int below = at.j > 0 ? level.edges.row : 0, above = at.j + 1 < level.grid.size[1] ? level.edges.row : 0;
+    const float flow = level.edges.flow(level.correction, at.v, at.left, at.right, below, above);
     level.correction[at.v] = (level.residual[at.v] + flow) * level.diagonal[at.v];
   }
 };
-struct LastSweep {
-  LevelPointers level;
-  SIMPLEXSEG_HD void operator()(int t) const { Sweep{level, 0}(t); }
-};
 
-/// The last sweep of the top level, the first colour's, and what both colours' corrections say of the whole.
-struct LastSweepAndTotals {
+/// Residual times correction, and the size of the correction, of a cell.
+struct CorrectionOfCell {
+  const float *residual, *correction;
+  SIMPLEXSEG_HD OfTotals operator()(int v) const { return {residual[v] * correction[v], std::fabs(correction[v])}; }
+};
+/// The same of pair t of half_count(), two cells along i, the first colour of which is swept first.
+struct LastSweepOfPair {
   LevelPointers level;
   SIMPLEXSEG_HD OfTotals operator()(int t) const {
+    const BoxGrid& grid = level.grid;
+    const int half = (grid.size[0] + 1) / 2, row = t / half, j = row % grid.size[1], k = row / grid.size[1];
+    const int i = 2 * (t % half), first = i + ((j + k) & 1), second = i + 1 - ((j + k) & 1);
+    const CorrectionOfCell of{level.residual, level.correction};
     OfTotals all{0, 0};
-    const LevelPointers::At second = level.coloured(t, 1);
-    if (second.i < level.size[0]) add(second.v, level.correction[second.v], all);
-    const LevelPointers::At first = level.coloured(t, 0);
-    if (first.i >= level.size[0]) return all;
-    Sweep{level, 0}(t);
-    add(first.v, level.correction[first.v], all);
+    if (first < grid.size[0]) {
+      const CellAt at = cell_at(grid, first, j, k);
+      Sweep{level}(at);
+      all = of(at.v);
+    }
+    if (second < grid.size[0]) {
+      const OfTotals other = of(cell_at(grid, second, j, k).v);
+      all = {all.value + other.value, larger(other.size, all.size)};
+    }
     return all;
-  }
-
- private:
-  SIMPLEXSEG_HD void add(int v, float correction, OfTotals& all) const {
-    all.value += level.residual[v] * correction;
-    all.size = larger(std::fabs(correction), all.size);
   }
 };
 
 struct WalkerLevels {
   int count;
-  int first_of_some;  ///< the finest of those that a part of the threads goes through: where waiting for all costs more
-  LevelPointers level[kMostLevels];
+  int first_of_some;  ///< finest level that is processed by a part of the threads, where waiting for all costs more
+  LevelPointers level[kMaxLevels];
 };
 
-/// kernel(v) for all 0 <= v < n by the threads of a team, which then wait for each other.
+/// kernel(v) for all 0 <= v < n by the threads of a block, which then wait for each other.
 template <class Team, class Kernel>
-SIMPLEXSEG_HD void each_of_team(const Team& team, int n, const Kernel& kernel) {
+SIMPLEXSEG_HD void each_of_block(const Team& team, int n, const Kernel& kernel) {
   for (int v = team.thread; v < n; v += Team::threads) kernel(v);
   team.sync();
+}
+template <class Team, class Kernel>
+SIMPLEXSEG_HD void each_coloured_of_block(const Team& team, const BoxGrid& grid, int colour, const Kernel& kernel) {
+  if constexpr (Team::kByRows)
+    each_coloured(team, grid, colour, kernel);
+  else
+    each_of_block(team, half_count(grid), KernelOfColour<Kernel>{grid, colour, kernel});
 }
 
 struct BuildCoarse {
@@ -214,8 +241,8 @@ struct BuildCoarse {
   SIMPLEXSEG_HD void operator()(const Team& team) const {
     for (int l = levels.first_of_some + 1; l < levels.count; ++l) {
       const LevelPointers& level = levels.level[l];
-      each_of_team(team, level.count(), Coarsen{levels.level[l - 1], level});
-      each_of_team(team, level.count(), InverseDiagonal{level.edges, level.mass, level.diagonal});
+      each_of_block(team, level.count(), Coarsen{levels.level[l - 1], level});
+      each_of_block(team, level.count(), InverseDiagonal{level.edges, level.mass, level.diagonal});
     }
   }
 };
@@ -224,16 +251,16 @@ struct SweepsOfCoarsest {
   const LevelPointers& level;
   template <class Team>
   SIMPLEXSEG_HD void operator()(const Team& team) const {
-    const int half = level.half_count();
-    each_of_team(team, half, FirstSweep{level});
-    for (int s = 0; s < kTeamSweeps; ++s) {
-      each_of_team(team, half, Sweep{level, 0});
-      each_of_team(team, half, Sweep{level, 1});
+    const auto sweep = [&](int colour) { each_coloured_of_block(team, level.grid, colour, Sweep{level}); };
+    each_coloured_of_block(team, level.grid, 1, FirstSweep{level});
+    for (int s = 0; s < kCoarsestSweeps; ++s) {
+      sweep(0);
+      sweep(1);
     }
-    each_of_team(team, half, Sweep{level, 0});
-    for (int s = 0; s < kTeamSweeps; ++s) {  // the same backwards: the cycle is symmetric
-      each_of_team(team, half, Sweep{level, 1});
-      each_of_team(team, half, Sweep{level, 0});
+    sweep(0);
+    for (int s = 0; s < kCoarsestSweeps; ++s) {  // the same in reverse order: the cycle is symmetric
+      sweep(1);
+      sweep(0);
     }
   }
 };
@@ -244,18 +271,23 @@ struct CycleOfCoarse {
   SIMPLEXSEG_HD void operator()(const Team& team) const {
     const int first = levels.first_of_some, last = levels.count - 1;
     for (int l = first; l < last; ++l) {
-      each_of_team(team, levels.level[l].half_count(), FirstSweep{levels.level[l]});
-      each_of_team(team, levels.level[l + 1].count(), RestrictResidual{levels.level[l], levels.level[l + 1]});
+      const LevelPointers &level = levels.level[l], &coarse = levels.level[l + 1];
+      each_coloured_of_block(team, level.grid, 1, FirstSweep{level});
+      restrict_residual(team, RestrictResidual{level, coarse});
     }
     team.warp(SweepsOfCoarsest{levels.level[last]});
     for (int l = last - 1; l >= first; --l) {
-      each_of_team(team, levels.level[l].half_count(), SweepWithParents{levels.level[l], levels.level[l + 1]});
-      each_of_team(team, levels.level[l].half_count(), LastSweep{levels.level[l]});
+      const LevelPointers& level = levels.level[l];
+      if (level.shift[0] != 0)
+        each_coloured_of_block(team, level.grid, 1, SweepWithParents<true>{level, levels.level[l + 1]});
+      else
+        each_coloured_of_block(team, level.grid, 1, SweepWithParents<false>{level, levels.level[l + 1]});
+      each_coloured_of_block(team, level.grid, 0, Sweep{level});
     }
   }
 };
 
-/// The last correction is known, and of the size of the error that is left.
+/// Adds the last correction, which has the size of the remaining error.
 struct LastCorrection {
   const float *x, *z;
   const std::uint8_t* held;
@@ -268,7 +300,7 @@ struct ApplyForTotals {
   SIMPLEXSEG_HD OfTotals operator()(int v) const { return {apply(v), 0}; }
 };
 
-/// Where a solution stands, from one call to the next. The correction of its residual is known.
+/// State of a solution between two calls. The correction of its residual is known.
 struct WalkerState {
   double product, product_before;  ///< of residual and correction, now and a step before
   float error;                     ///< largest correction
@@ -276,8 +308,8 @@ struct WalkerState {
   int iterations;                  ///< of the last call
 };
 
-/// RandomWalker::solve(), or with `carries_on` more of what was begun, by a team of all threads. Pointers are to values
-/// for each voxel of the top level.
+/// Conjugate gradients with a multigrid cycle as the preconditioner, by a team of all threads. Pointers are to a value
+/// for each cell of the finest level.
 struct SolveWalker {
   WalkerLevels levels;
   const std::uint8_t* target;
@@ -285,7 +317,7 @@ struct SolveWalker {
   float *field, *inner, *direction;
   double tolerance;
   int most_iterations;
-  bool carries_on;
+  bool resumes;
   WalkerState* state;
 
   template <class All>
@@ -294,17 +326,20 @@ struct SolveWalker {
     const int n = top.count();
     float *const r = top.residual, *const z = top.correction, *const p = direction;
     WalkerState now{};
-    if (carries_on)
+    float first_error = 0;
+    if (resumes)
       now = *state;
     else
       begin(all);
     for (now.iterations = 0;; ++now.iterations) {
-      if (!carries_on || now.iterations > 0) {
+      if (!resumes || now.iterations > 0) {
         const Totals totals = cycle(all);
         now.product_before = now.product;
         now.product = totals.sum, now.error = totals.largest;
       }
+      if (now.iterations == 0) first_error = now.error;
       if (!(now.error > tolerance) || now.iterations == most_iterations || !(now.product > 0)) break;
+      all.report(first_error, now.error, tolerance);
       all.each(n, NewDirection{now.taken == 0 ? 0.0f : static_cast<float>(now.product / now.product_before), z, p});
       const double curvature = all.totals(n, ApplyForTotals{{top.edges, p, z}}).sum;
       all.each(n, Advance{curvature > 0 ? static_cast<float>(now.product / curvature) : 0.0f, p, z, inner, r});
@@ -331,21 +366,38 @@ struct SolveWalker {
     }
     all.some(BuildCoarse{levels});
   }
-  /// Returns what the corrections are.
+  /// Returns the totals of the corrections.
   template <class All>
   SIMPLEXSEG_HD Totals cycle(const All& all) const {
     const int some = levels.first_of_some;
     for (int l = 0; l < some; ++l) {
-      all.each(levels.level[l].half_count(), FirstSweep{levels.level[l]});
-      all.each(levels.level[l + 1].count(), RestrictResidual{levels.level[l], levels.level[l + 1]});
+      const LevelPointers &level = levels.level[l], &coarse = levels.level[l + 1];
+      each_coloured(all, level.grid, 1, FirstSweep{level});
+      restrict_residual(all, RestrictResidual{level, coarse});
     }
     all.some(CycleOfCoarse{levels});
     for (int l = some - 1; l >= 0; --l) {
-      all.each(levels.level[l].half_count(), SweepWithParents{levels.level[l], levels.level[l + 1]});
-      if (l > 0) all.each(levels.level[l].half_count(), LastSweep{levels.level[l]});
+      const LevelPointers& level = levels.level[l];
+      if (level.shift[0] != 0)
+        each_coloured(all, level.grid, 1, SweepWithParents<true>{level, levels.level[l + 1]});
+      else
+        each_coloured(all, level.grid, 1, SweepWithParents<false>{level, levels.level[l + 1]});
+      if (l > 0) each_coloured(all, level.grid, 0, Sweep{level});
     }
-    // Where a part of the threads did all of it the last sweep changes nothing: it is repeated.
-    return all.totals(levels.level[0].half_count(), LastSweepAndTotals{levels.level[0]});
+    // If a part of the threads processed all levels, the last sweep is a repetition that changes nothing.
+    return last_sweep(all, levels.level[0]);
+  }
+  template <class All>
+  static SIMPLEXSEG_HD Totals last_sweep(const All& all, const LevelPointers& top) {
+    if constexpr (All::kByRows) {
+      return all.totals_of_rows(top.grid, [&](int j, int k) {
+        each_coloured_of_row(top.grid, j, k, 0, Sweep{top});
+        const int row = (k * top.grid.size[1] + j) * top.grid.size[0];
+        return All::totals_of_range(row, row + top.grid.size[0], CorrectionOfCell{top.residual, top.correction});
+      });
+    } else {
+      return all.totals(half_count(top.grid), LastSweepOfPair{top});
+    }
   }
 };
 

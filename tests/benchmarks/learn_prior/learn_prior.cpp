@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trains the networks of the evidence field's prior (src/evidence/mark_features.h, update_features.h) with objects that
-// a robot user marks and corrects (docs/clicks.md, scripts/learn_prior):
+// Trains the networks of the evidence field's prior (src/evidence/mark_view.h, update_view.h) with objects that a robot
+// user marks and corrects (docs/clicks.md, scripts/learn_prior):
 //   learn_prior sample marks|update GROUP IMAGE LABELS LABEL|all OUT [NETWORKS]
 // writes the features and classes of some voxels to OUT.samples and, with labels as images, to OUT.labels.samples.
 // NETWORKS: networks of the field during sampling; default: those of the program.

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "evidence/parallel/cpu_executor.h"
+#include "evidence/parallel/network.h"
 
 namespace simplexseg {
 namespace {
@@ -146,14 +148,36 @@ PriorNetwork joined(const PriorNetwork& a, const PriorNetwork& b) {
   return both;
 }
 
+namespace {
+
+struct FeaturesOfSamples {
+  static constexpr int kFeatures = kMostWidth;  ///< a network ignores those that it does not have
+  const Sample* samples;
+  template <class Set>
+  void fill(int sample, const Set& set) const {
+    for (int f = 0; f < kFeatures; ++f) set(f, samples[sample].feature[f]);
+  }
+};
+struct OutputOfSamples {
+  FeaturesOfSamples features;
+  NetworkView network;
+  std::uint8_t* output;
+  template <int kLanes>
+  void run(int first) const {
+    std::uint8_t probability[kLanes];
+    network.evaluate<kLanes>(features, first, probability);
+    std::copy_n(probability, kLanes, output + first);
+  }
+};
+
+}  // namespace
+
 Judgement judge(const PriorNetwork& network, const std::vector<Sample>& samples) {
   std::vector<std::uint8_t> output(samples.size());
-  network.evaluate(
-      [&](int first, int count, FeatureRows& to) {
-        for (int l = 0; l < count; ++l)
-          for (int f = 0; f < network.features(); ++f) to[f][l] = samples[first + l].feature[f];
-      },
-      output, run_in_turn());
+  const CpuFieldExecutor executor;
+  const ParallelNetwork<CpuFieldExecutor> on_executor(executor, network);
+  executor.each_lanes(static_cast<int>(samples.size()),
+                      OutputOfSamples{{samples.data()}, on_executor.view(), output.data()});
   Judgement sum{0, 0};
   double weight = 0;
   for (std::size_t s = 0; s < samples.size(); ++s) {

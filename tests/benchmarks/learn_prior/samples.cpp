@@ -65,6 +65,7 @@ class Subject : public RobotSubject {
   Subject(const Volume& image, const Mask& truth, Part part, int thinned, const EvidenceSettings& settings)
       : truth_(truth), part_(part), thinned_(thinned), field_(image, run_in_turn(), settings) {
     for (const std::uint8_t v : truth.voxels) voxels_ += v;
+    field_.record_features(true);
   }
   Mask segment(std::span<const Mark> marks) override {
     std::vector<Mark> adjusted(marks.begin(), marks.end());
@@ -72,7 +73,7 @@ class Subject : public RobotSubject {
       if (mark.kind == MarkKind::Boundary) mark.radius_mm = field_.brush_mm(mark.kind, mark.position_mm);
     field_.update(adjusted);
     Mask object = field_.object();
-    collect(object, part_ == Part::Marks ? field_.mark_features() : field_.update_features());
+    collect(object, field_.features());
     return object;
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
@@ -81,7 +82,8 @@ class Subject : public RobotSubject {
  private:
   /// Samples a number of voxels in the object, near the object or its segmentation, and far away, with weights for the
   /// number of voxels that each represents.
-  void collect(const Mask& object, const std::vector<std::vector<float>>& features) {
+  void collect(const Mask& object, const PriorFeatures& recorded) {
+    const std::vector<std::vector<float>>& features = part_ == Part::Marks ? recorded.marks : recorded.update;
     if (features.empty()) return;
     const VoxelBox box = field_.box();
     std::vector<std::uint8_t> is(box.voxel_count()), any(box.voxel_count());
@@ -100,7 +102,7 @@ class Subject : public RobotSubject {
     const double near_mm = 4 * truth_.geometry.spacing_mm.minCoeff();
     std::array<std::vector<int>, 3> kinds;
     for (int v = 0; v < static_cast<int>(is.size()); ++v)
-      if (field_.prior().known()[v] == Constraint::None) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
+      if (recorded.known[v] == Constraint::None) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
     constexpr std::array<int, 3> most{500, 500, 250};
     for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
       const std::vector<int>& from = kinds[kind];
@@ -111,7 +113,7 @@ class Subject : public RobotSubject {
         const int v = from[any_of(random_)];
         Sample& one = samples_.emplace_back();
         for (std::size_t f = 0; f < features.size(); ++f) one.feature[f] = features[f][v];
-        const bool side = part_ == Part::Marks || features.back()[v] != 0;
+        const bool side = part_ == Part::Marks || recorded.near_inside[v] != 0;
         one.positive = (is[v] != 0) == side ? 1.0f : 0.0f;
         one.weight = static_cast<float>(stands_for / count);
       }

@@ -54,7 +54,7 @@ Mask BoxedPeer::segment(std::span<const Mark> marks) {
     for (std::size_t v = 0; v < field.size(); ++v)
       if (known_[v] == Constraint::Inside || known_[v] == Constraint::Outside)
         field[v] = known_[v] == Constraint::Inside;
-    object_ = object_of_field(field, known_, box_, run_in_turn());
+    object_ = object_of_field(field, known_, box_);
     object = mask_of(geometry, box_, object_.voxels);
     if (growths == kMostGrowths || object_.around.voxel_count() == 0) return object;
     const VoxelBox grown = grow_around(box_, object_.around, geometry);

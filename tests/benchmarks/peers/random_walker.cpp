@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evidence/random_walker.h"
+#include "evidence/parallel/cpu_executor.h"
+#include "evidence/parallel/walker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +26,8 @@ class RandomWalkerPeer : public BoxedPeer {
   std::vector<float> solve(const PeerInput& input) override {
     const BoxGrid& grid = input.image.grid;
     const std::vector<float>& image = input.image.value;
-    RandomWalker walker(grid, {input.spacing[0], input.spacing[1], input.spacing[2]}, run());
+    const CpuFieldExecutor executor(run());
+    ParallelWalker<CpuFieldExecutor> walker(grid, {input.spacing[0], input.spacing[1], input.spacing[2]}, executor);
     float largest = 0;
     for (int axis = 0; axis < 3; ++axis)
       for (int v = 0; v + grid.stride(axis) < grid.count(); ++v)
@@ -33,7 +35,7 @@ class RandomWalkerPeer : public BoxedPeer {
     const float fall = largest > 0 ? kBeta / (largest * largest) : 0.0f;
     for (int axis = 0; axis < 3; ++axis) {
       const float scale = static_cast<float>(1 / (input.spacing[axis] * input.spacing[axis]));
-      const std::span<float> weight = walker.weights(axis);
+      float* const weight = walker.weights(axis);
       for (int v = 0; v < grid.count(); ++v) {
         const bool next = has_next(grid, v, axis);
         const float d = next ? image[v + grid.stride(axis)] - image[v] : 0.0f;
@@ -49,8 +51,10 @@ class RandomWalkerPeer : public BoxedPeer {
       if (held[v]) walker.field()[v] = input.known[v] == Constraint::Inside;
       walker.pull()[v] = 0;
     }
-    walker.solve(target, held, kTolerance, kMostIterations);
-    return {walker.field().begin(), walker.field().end()};
+    walker.solve(target.data(), held.data(), kTolerance, kMostIterations);
+    std::vector<float> field(grid.count());
+    executor.download<float>(walker.field(), field);
+    return field;
   }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distances and field values by the parallel version on the serial executor, compared with the CPU version.
+// Distances and field values on the executor of the CPU, compared with distance_map() and field_values().
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <random>
 
 #include "evidence/box_image.h"
+#include "evidence/parallel/cpu_executor.h"
 #include "evidence/parallel/distance.h"
 #include "evidence/parallel/field_values.h"
 #include "session/field_voxels.h"
@@ -14,7 +15,7 @@
 namespace simplexseg {
 namespace {
 
-const SerialExecutor executor;
+const CpuFieldExecutor executor;
 const std::array<std::array<double, 3>, 3> kSpacings{{{1, 1, 1}, {0.7, 0.7, 3}, {2.5, 0.9, 1.1}}};
 
 std::vector<float> noise_of(std::size_t count, unsigned seed) {
@@ -34,7 +35,7 @@ std::vector<std::uint8_t> blobs(const BoxGrid& grid, float threshold, unsigned s
   return set;
 }
 
-TEST(ParallelDistance, EqualsTheCpuUpToItsReach) {
+TEST(SquaredDistance, EqualsTheDistanceMapUpToItsReach) {
   const BoxGrid grid{{25, 22, 14}};
   const std::vector<std::uint8_t> set = blobs(grid, 0.03f, 4);
   std::vector<std::uint8_t> others(set.size());
@@ -64,7 +65,7 @@ TEST(ParallelDistance, EqualsTheCpuUpToItsReach) {
 }
 
 /// Includes voxels beyond the reach. Values may differ by one because of rounding.
-TEST(ParallelFieldValues, EqualThoseOfTheCpu) {
+TEST(FieldValues, EqualThoseOfTheDistanceMap) {
   for (const std::array<double, 3>& spacing : kSpacings) {
     VolumeGeometry geometry;
     geometry.size = {160, 12, 10};
