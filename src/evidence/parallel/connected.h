@@ -55,17 +55,19 @@ KeptVoxels keep_connected(const Executor& executor, const BoxGrid& grid, const S
   const VoxelForest forest{parent};
   executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {  // a run of cells in a row: its first is the root
     const int v = at.v;
+    int* const to = parent;  // nvcc forbids the first use of a captured variable in if constexpr
+    const BoxGrid& cells = grid;
     keep[v] = 0;
     int first = -1;
     if (set(at)) {
       first = v;
       if constexpr (Executor::kCellsInOrder) {
-        if (at.left != 0 && parent[v - 1] >= 0) first = parent[v - 1];
+        if (at.left != 0 && to[v - 1] >= 0) first = to[v - 1];
       } else {
-        for (int i = at.i - 1; i >= 0 && set(cell_at(grid, i, at.j, at.k)); --i) --first;
+        for (int i = at.i - 1; i >= 0 && set(cell_at(cells, i, at.j, at.k)); --i) --first;
       }
     }
-    parent[v] = first;
+    to[v] = first;
   });
   executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
     const int v = at.v;

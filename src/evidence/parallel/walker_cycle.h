@@ -273,7 +273,11 @@ struct CycleOfCoarse {
     for (int l = first; l < last; ++l) {
       const LevelPointers &level = levels.level[l], &coarse = levels.level[l + 1];
       each_coloured_of_block(team, level.grid, 1, FirstSweep{level});
-      restrict_residual(team, RestrictResidual{level, coarse});
+      const RestrictResidual kernel{level, coarse};
+      if constexpr (Team::kByRows)
+        restrict_residual(team, kernel);
+      else
+        each_of_block(team, coarse.count(), KernelOfCells<RestrictResidual>{coarse.grid, kernel});
     }
     team.warp(SweepsOfCoarsest{levels.level[last]});
     for (int l = last - 1; l >= first; --l) {
