@@ -129,8 +129,7 @@ void each_coloured_of_row(const BoxGrid& grid, int j, int k, int colour, const K
   if (last - 1 >= first && ((last - 1 - first) & 1) == 0) own(cell_at(grid, --last, j, k));
   const int begin = first / 2, end = (last - odd + 1) / 2;
 #pragma GCC ivdep
-  for (int half = begin; half < end; ++half)
-    own(CellAt{2 * half + odd, j, k, row + 2 * half + odd, 1, 1, half, odd});
+  for (int half = begin; half < end; ++half) own(CellAt{2 * half + odd, j, k, row + 2 * half + odd, 1, 1, half, odd});
 }
 /// Calls kernel(CellAt) for all cells of a colour, by all threads of a team.
 template <class Team, class Kernel>
