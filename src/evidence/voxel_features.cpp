@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "evidence/parallel/cpu_executor.h"
+
 namespace simplexseg {
 namespace {
 
@@ -33,12 +35,18 @@ std::vector<float> gradient_length(const std::vector<float>& f, const BoxGrid& g
   return length;
 }
 
+/// Sum of value(v) over all 0 <= v < n.
+template <class Value>
+double sum_of(const RunJobs& run, int n, const Value& value) {
+  const ReportProgress no_progress;
+  return CpuGrid(run, no_progress).totals(n, [value](int v) { return OfTotals{value(v), 0}; }).sum;
+}
+
 void standardise(std::vector<float>& f, const RunJobs& run) {
   const int n = static_cast<int>(f.size());
-  const double mean = sum_over_indices(run, n, [x = f.data()](int v) { return x[v]; }) / n;
+  const double mean = sum_of(run, n, [x = f.data()](int v) { return x[v]; }) / n;
   const float centre = static_cast<float>(mean);
-  const double square =
-      sum_over_indices(run, n, [x = f.data(), centre](int v) { return (x[v] - centre) * (x[v] - centre); }) / n;
+  const double square = sum_of(run, n, [x = f.data(), centre](int v) { return (x[v] - centre) * (x[v] - centre); }) / n;
   const float scale = square > 1e-12 ? static_cast<float>(1 / std::sqrt(square)) : 0.0f;
   for_each_index(run, n, [x = f.data(), centre, scale](int v) { x[v] = (x[v] - centre) * scale; });
 }

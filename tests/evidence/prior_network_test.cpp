@@ -33,23 +33,13 @@ struct TwoFeatures {
     for (int f = 0; f < kFeatures; ++f) set(f, voxels[v][f]);
   }
 };
-struct Evaluate {
-  NetworkView network;
-  TwoFeatures features;
-  std::uint8_t* to;
-  template <int kLanes>
-  void run(int v) const {
-    std::uint8_t probability[kLanes];
-    network.evaluate<kLanes>(features, v, probability);
-    for (int l = 0; l < kLanes; ++l) to[v + l] = probability[l];
-  }
-};
 std::vector<std::uint8_t> outputs(const PriorNetwork& network, const std::vector<std::array<float, 2>>& voxels,
                                   const RunJobs& run = run_in_turn()) {
   const CpuFieldExecutor executor(run);
   const ParallelNetwork<CpuFieldExecutor> on_executor(executor, network);
   std::vector<std::uint8_t> out(voxels.size());
-  executor.each_lanes(static_cast<int>(voxels.size()), Evaluate{on_executor.view(), {voxels.data()}, out.data()});
+  executor.each_lanes(static_cast<int>(voxels.size()),
+                      OutputOfNetwork<TwoFeatures>{{voxels.data()}, on_executor.view(), out.data()});
   return out;
 }
 

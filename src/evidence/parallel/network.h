@@ -48,6 +48,20 @@ struct NetworkView {
   }
 };
 
+/// Writes the probabilities of cells, 0..255 for 0..1, from their features.
+template <class Features>
+struct OutputOfNetwork {
+  Features features;
+  NetworkView network;
+  std::uint8_t* to;
+  template <int kLanes>
+  SIMPLEXSEG_HD void run(int v) const {
+    std::uint8_t probability[kLanes];
+    network.evaluate<kLanes>(features, v, probability);
+    for (int l = 0; l < kLanes; ++l) to[v + l] = probability[l];
+  }
+};
+
 template <class Executor>
 class ParallelNetwork {
  public:

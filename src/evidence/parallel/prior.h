@@ -89,11 +89,11 @@ class ParallelPrior {
     view.wall = median_of_shell(received_counts(shell));
     if (progress) progress->advance(FieldPhase::CoarsePrior);
     if (records_) record(view, recorded_.marks);
-    executor_.each_lanes(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_});
+    executor_.each_lanes(blocks(), OutputOfNetwork<MarkView>{view, marks_network_.view(), prior_});
     if (remembers) {
       const UpdateView update = update_view(said);
       if (records_) record_update(update);
-      executor_.each_lanes(blocks(), AnswerOfUpdate{update, update_network_.view(), prior_});
+      executor_.each_lanes(blocks(), PriorAfterUpdate{update, update_network_.view(), prior_});
     } else if (settings_.expected_dice_threshold) {
       move_to_best_cut();
     }

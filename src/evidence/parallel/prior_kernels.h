@@ -123,19 +123,8 @@ struct Inward {
   }
 };
 
-struct AnswerOfMarks {
-  MarkView view;
-  NetworkView network;
-  std::uint8_t* prior;
-  template <int kLanes>
-  SIMPLEXSEG_HD void run(int v) const {
-    std::uint8_t probability[kLanes];
-    network.evaluate<kLanes>(view, v, probability);
-    for (int l = 0; l < kLanes; ++l) prior[v + l] = probability[l];
-  }
-};
 /// view.prior_of_marks may be `prior`.
-struct AnswerOfUpdate {
+struct PriorAfterUpdate {
   UpdateView view;
   NetworkView network;
   std::uint8_t* prior;

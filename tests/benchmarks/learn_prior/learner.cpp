@@ -158,18 +158,6 @@ struct FeaturesOfSamples {
     for (int f = 0; f < kFeatures; ++f) set(f, samples[sample].feature[f]);
   }
 };
-struct OutputOfSamples {
-  FeaturesOfSamples features;
-  NetworkView network;
-  std::uint8_t* output;
-  template <int kLanes>
-  void run(int first) const {
-    std::uint8_t probability[kLanes];
-    network.evaluate<kLanes>(features, first, probability);
-    std::copy_n(probability, kLanes, output + first);
-  }
-};
-
 }  // namespace
 
 Judgement judge(const PriorNetwork& network, const std::vector<Sample>& samples) {
@@ -177,7 +165,7 @@ Judgement judge(const PriorNetwork& network, const std::vector<Sample>& samples)
   const CpuFieldExecutor executor;
   const ParallelNetwork<CpuFieldExecutor> on_executor(executor, network);
   executor.each_lanes(static_cast<int>(samples.size()),
-                      OutputOfSamples{{samples.data()}, on_executor.view(), output.data()});
+                      OutputOfNetwork<FeaturesOfSamples>{{samples.data()}, on_executor.view(), output.data()});
   Judgement sum{0, 0};
   double weight = 0;
   for (std::size_t s = 0; s < samples.size(); ++s) {
