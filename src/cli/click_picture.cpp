@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/colour.h"
-#include "evidence/robot_user.h"
+#include "field/robot_user.h"
 
 namespace simplexseg {
 namespace {

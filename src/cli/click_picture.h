@@ -2,7 +2,7 @@
 #pragma once
 #include <span>
 
-#include "evidence/marks.h"
+#include "field/marks.h"
 #include "image/mask.h"
 #include "image/volume.h"
 #include "io/picture/picture_io.h"

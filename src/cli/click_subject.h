@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "evidence/robot_user.h"
+#include "field/robot_user.h"
 
 namespace simplexseg {
 

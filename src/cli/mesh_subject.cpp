@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/load.h"
-#include "evidence/evidence_settings.h"
+#include "field/evidence_settings.h"
 #include "forces/force_list.h"
 #include "gpu/backend.h"
 #include "image/rasterise.h"

@@ -9,7 +9,7 @@ namespace simplexseg {
 /// evidence for the object inside and for the background outside. With the evidence l in [-1, 1] of each sample,
 ///   score(j) = sum_{i<j} l_i s + g |dI/dn| - c |j| s,   d = s argmax score
 /// (docs/mathematics.md, section 2.5). The evidence is the mesh's foreground probability field, computed from the
-/// user's marks (src/evidence/), or the log-likelihood ratio of intensities in the mesh's region model
+/// user's marks (src/field/), or the log-likelihood ratio of intensities in the mesh's region model
 /// (src/forces/region_model.h), on the finest level also the log-likelihood ratio in local statistics of both sides.
 /// Targets away from the surface of a field are averaged over neighbours, which keeps the mesh smooth.
 struct EvidenceForce {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "evidence/field_solver.h"
+#include "field/field_solver.h"
 #include "step/engine.h"
 
 namespace simplexseg {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Solver of evidence fields on a CUDA device (docs/adr/0032-field-on-a-device.md).
-#include "evidence/parallel/field_solver.h"
+#include "field/parallel/field_solver.h"
 #include "gpu/backend.h"
 #include "gpu/cuda_field_executor.h"
 

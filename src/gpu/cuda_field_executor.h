@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA executor of the field solver; its interface is documented in evidence/parallel/executor.h. Included only by CUDA
+// CUDA executor of the field solver; its interface is documented in field/parallel/executor.h. Included only by CUDA
 // sources.
 #pragma once
 #include <cuda_runtime.h>
@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "core/expect.h"
-#include "evidence/parallel/executor.h"
-#include "evidence/run_jobs.h"
-#include "evidence/update_progress.h"
+#include "field/parallel/executor.h"
+#include "field/run_jobs.h"
+#include "field/update_progress.h"
 #include "gpu/cuda_field_kernels.h"
 #include "gpu/cuda_memory.h"
 

@@ -4,7 +4,7 @@
 #include <cooperative_groups.h>
 #include <cuda_runtime.h>
 
-#include "evidence/parallel/executor.h"
+#include "field/parallel/executor.h"
 
 namespace simplexseg {
 namespace field_kernels {
@@ -152,7 +152,7 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0) *ended = 0;
 }
 
-/// All threads of a cooperative launch, with the interface of CpuGrid (evidence/parallel/executor.h).
+/// All threads of a cooperative launch, with the interface of CpuGrid (field/parallel/executor.h).
 class GridThreads {
   static constexpr unsigned kGroup = 128;
 

@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/expect.h"
-#include "evidence/evidence_field.h"
-#include "evidence/field_solver.h"
+#include "field/evidence_field.h"
+#include "field/field_solver.h"
 #include "image/volume.h"
 #include "session/field_voxels.h"
 #include "session/mesh_marks.h"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/thread_pool.h"
-#include "evidence/evidence_settings.h"
-#include "evidence/make_field_solver.h"
+#include "field/evidence_settings.h"
+#include "field/make_field_solver.h"
 #include "session/mesh_field.h"
 #include "session/scene.h"
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "evidence/field_value.h"
-#include "evidence/run_jobs.h"
+#include "field/field_value.h"
+#include "field/run_jobs.h"
 #include "image/mask.h"
 #include "mesh/simplex_mesh.h"
 #include "session/mesh_field.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "evidence/marks.h"
+#include "field/marks.h"
 #include "image/cell_grid.h"
 
 namespace simplexseg {

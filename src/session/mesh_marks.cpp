@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "evidence/brush_radius.h"
+#include "field/brush_radius.h"
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
 #include "session/mesh_lifecycle.h"

@@ -3,8 +3,8 @@
 #pragma once
 #include <vector>
 
-#include "evidence/evidence_settings.h"
-#include "evidence/marks.h"
+#include "field/evidence_settings.h"
+#include "field/marks.h"
 #include "session/scene.h"
 
 namespace simplexseg {

@@ -17,8 +17,8 @@
 
 #include "core/freed_memory.h"
 #include "core/thread_pool.h"
-#include "evidence/evidence_field.h"
-#include "evidence/robot_user.h"
+#include "field/evidence_field.h"
+#include "field/robot_user.h"
 #include "gpu/backend.h"
 
 using namespace simplexseg;

@@ -13,7 +13,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "evidence/robot_user.h"
+#include "field/robot_user.h"
 #include "gui/look/theme.h"
 #include "gui/panels/mesh_card.h"
 #include "gui/panels/mesh_panel.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fields are solved on the chosen device, and on the CPU once it has failed.
 #include "core/error.h"
-#include "evidence/field_solver.h"
+#include "field/field_solver.h"
 #include "session_fixture.h"
 
 namespace simplexseg {

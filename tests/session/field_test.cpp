@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "core/error.h"
-#include "evidence/evidence_field.h"
+#include "field/evidence_field.h"
 #include "forces/force_list.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trains the networks of the evidence field's prior (src/evidence/mark_view.h, update_view.h) with objects that a robot
+// Trains the networks of the evidence field's prior (src/field/mark_view.h, update_view.h) with objects that a robot
 // user marks and corrects (docs/clicks.md, scripts/learn_prior):
 //   learn_prior sample marks|update GROUP IMAGE LABELS LABEL|all OUT [NETWORKS]
 // writes the features and classes of some voxels to OUT.samples and, with labels as images, to OUT.labels.samples.
@@ -10,7 +10,7 @@
 // trains that network with all files but those of one group, prints its error on that group, and writes it with the
 // other network of NETWORKS.
 //   learn_prior embed NETWORKS
-// prints src/evidence/learned_networks.cpp with them.
+// prints src/field/learned_networks.cpp with them.
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "evidence/robot_user.h"
+#include "field/robot_user.h"
 #include "io/platform/files.h"
 #include "io/volume/volume_io.h"
 #include "learn_prior/learner.h"
@@ -131,7 +131,7 @@ void embed(const PriorNetworks& networks) {
   std::printf(
       "// SPDX-License-Identifier: Apache-2.0\n"
       "// Written by scripts/learn_prior. Layers of numbers, as PriorNetworks::text writes them.\n"
-      "#include \"evidence/prior_network.h\"\n\nnamespace simplexseg {\nnamespace {\n\n");
+      "#include \"field/prior_network.h\"\n\nnamespace simplexseg {\nnamespace {\n\n");
   print_numbers("kMarks", networks.marks);
   print_numbers("kUpdate", networks.update);
   std::printf(

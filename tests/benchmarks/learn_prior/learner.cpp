@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "evidence/parallel/cpu_executor.h"
-#include "evidence/parallel/network.h"
+#include "field/parallel/cpu_executor.h"
+#include "field/parallel/network.h"
 
 namespace simplexseg {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "evidence/prior_network.h"
+#include "field/prior_network.h"
 #include "learn_prior/samples.h"
 
 namespace simplexseg {

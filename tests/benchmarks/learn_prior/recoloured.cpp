@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "evidence/box_image.h"
+#include "field/box_image.h"
 
 namespace simplexseg {
 namespace {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "core/error.h"
-#include "evidence/evidence_field.h"
+#include "field/evidence_field.h"
 #include "image/distance_map.h"
 #include "io/platform/files.h"
 #include "learn_prior/recoloured.h"

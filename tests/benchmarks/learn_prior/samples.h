@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "evidence/prior_network.h"
-#include "evidence/robot_user.h"
+#include "field/prior_network.h"
+#include "field/robot_user.h"
 #include "image/mask.h"
 #include "image/volume.h"
 

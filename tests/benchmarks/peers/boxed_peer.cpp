@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "core/error.h"
-#include "evidence/brush_radius.h"
-#include "evidence/evidence_box.h"
-#include "evidence/evidence_settings.h"
+#include "field/brush_radius.h"
+#include "field/evidence_box.h"
+#include "field/evidence_settings.h"
 
 namespace simplexseg {
 namespace {

@@ -4,10 +4,10 @@
 #pragma once
 #include <vector>
 
-#include "evidence/box_image.h"
-#include "evidence/field_object.h"
-#include "evidence/marked_voxels.h"
-#include "evidence/robot_user.h"
+#include "field/box_image.h"
+#include "field/field_object.h"
+#include "field/marked_voxels.h"
+#include "field/robot_user.h"
 
 namespace simplexseg {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "peers/peers.h"
 
-#include "evidence/evidence_field.h"
+#include "field/evidence_field.h"
 
 namespace simplexseg {
 namespace {

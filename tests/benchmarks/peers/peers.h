@@ -4,8 +4,8 @@
 #include <memory>
 #include <span>
 
-#include "evidence/robot_user.h"
-#include "evidence/run_jobs.h"
+#include "field/robot_user.h"
+#include "field/run_jobs.h"
 #include "image/volume.h"
 
 namespace simplexseg {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evidence/parallel/cpu_executor.h"
-#include "evidence/parallel/walker.h"
+#include "field/parallel/cpu_executor.h"
+#include "field/parallel/walker.h"
 
 #include <algorithm>
 #include <cmath>

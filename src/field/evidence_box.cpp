@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "field/evidence_box.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "field/coarse_image.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kLeastCell = 1.3;  // voxels: in smaller cells, neighbours share most of their voxels
+
+/// `low` and `high`: indices, high included. The margin is a share of the largest extent, in mm, along all axes.
+VoxelBox with_margin(const Eigen::Array3d& low, const Eigen::Array3d& high, double share, double least_voxels,
+                     const VolumeGeometry& geometry) {
+  const Eigen::Array3d spacing = geometry.spacing_mm.array();
+  const double margin_mm = std::max(least_voxels * spacing.minCoeff(), share * ((high - low) * spacing).maxCoeff());
+  VoxelBox box;
+  for (int a = 0; a < 3; ++a) {
+    const double margin = margin_mm / spacing[a] + 1;
+    box.first[a] = static_cast<int>(std::clamp(std::floor(low[a] - margin), 0.0, geometry.size[a] - 1.0));
+    const int last =
+        static_cast<int>(std::clamp(std::ceil(high[a] + margin), double(box.first[a]), geometry.size[a] - 1.0));
+    box.size[a] = last - box.first[a] + 1;
+  }
+  return box;
+}
+
+}  // namespace
+
+VoxelBox box_around_marks(std::span<const Mark> marks, const VolumeGeometry& geometry, double margin_share,
+                          double least_margin) {
+  const Eigen::Affine3d index_from_world = geometry.index_from_world();
+  Eigen::Array3d low = Eigen::Array3d::Constant(1e9), high = -low;
+  for (const Mark& mark : marks) {
+    const Eigen::Array3d centre = (index_from_world * mark.position_mm).array();
+    const double radius_mm = mark.kind == MarkKind::Boundary ? 2 * mark.radius_mm : mark.radius_mm;
+    const Eigen::Array3d reach = radius_mm * index_from_world.linear().rowwise().norm().array();
+    low = low.min(centre - reach);
+    high = high.max(centre + reach);
+  }
+  return with_margin(low, high, margin_share, least_margin, geometry);
+}
+
+VoxelBox box_around(const VoxelBox& a, const VoxelBox& b) {
+  if (a.voxel_count() == 0) return b;
+  if (b.voxel_count() == 0) return a;
+  VoxelBox box;
+  for (int x = 0; x < 3; ++x) {
+    box.first[x] = std::min(a.first[x], b.first[x]);
+    box.size[x] = std::max(a.first[x] + a.size[x], b.first[x] + b.size[x]) - box.first[x];
+  }
+  return box;
+}
+
+CellSize cell_size_for(const VoxelBox& voxels, const VolumeGeometry& volume, double reach_mm,
+                       const EvidenceSettings& settings) {
+  constexpr double kLargestPart = 0.93;  // of the block of the largest size that the prior allows, see width_for()
+  const double voxel_mm = volume.spacing_mm.minCoeff(), block_mm = kLargestPart * reach_mm / settings.least_reach;
+  const auto fits = [&](const CellSize& cell) {
+    return static_cast<double>(cells_around(voxels, cell, volume.size).voxel_count()) <= settings.max_cells;
+  };
+  if (fits(kVoxelCells)) return kVoxelCells;
+  for (int parts = kWidestBlock;; --parts) {
+    // Below one part, the blocks of the prior are larger than the scale of the object asks for.
+    const double cell_mm = parts > 0 ? block_mm / parts : block_mm * std::exp2(0.25 * (1 - parts));
+    CellSize cell;
+    for (int a = 0; a < 3; ++a) cell[a] = std::max(1.0, cell_mm / volume.spacing_mm[a]);
+    if (cell_mm > kLeastCell * voxel_mm && fits(cell)) return cell;
+  }
+}
+
+VoxelBox grow_around(const VoxelBox& box, const VoxelBox& object, const VolumeGeometry& geometry) {
+  Eigen::Array3d low, high;
+  for (int a = 0; a < 3; ++a) {
+    low[a] = object.first[a];
+    high[a] = object.first[a] + object.size[a] - 1;
+  }
+  const VoxelBox need = with_margin(low, high, 0.15, 5, geometry), want = with_margin(low, high, 0.3, 10, geometry);
+  VoxelBox grown = box;
+  for (int a = 0; a < 3; ++a) {
+    int first = box.first[a], end = box.first[a] + box.size[a];
+    if (need.first[a] < first) first = want.first[a];
+    if (need.first[a] + need.size[a] > end) end = want.first[a] + want.size[a];
+    grown.first[a] = first;
+    grown.size[a] = end - first;
+  }
+  return grown;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "field/robot_user.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include "core/error.h"
+#include "image/distance_map.h"
+
+namespace simplexseg {
+namespace {
+
+struct Part {
+  std::vector<std::size_t> voxels;
+  std::array<int, 3> low, high;
+};
+
+/// The largest 6-connected set of voxels for which wanted(v).
+template <class Wanted>
+Part largest(const VolumeGeometry& geometry, Wanted&& wanted) {
+  const auto [ni, nj, nk] = geometry.size;
+  std::vector<std::uint8_t> seen(geometry.voxel_count());
+  Part best, part;
+  for (std::size_t start = 0; start < seen.size(); ++start) {
+    if (seen[start] || !wanted(start)) continue;
+    part.voxels.assign(1, start);
+    part.low = {ni, nj, nk};
+    part.high = {-1, -1, -1};
+    seen[start] = 1;
+    for (std::size_t next = 0; next < part.voxels.size(); ++next) {
+      const std::size_t v = part.voxels[next];
+      const int i = static_cast<int>(v % ni), j = static_cast<int>(v / ni % nj), k = static_cast<int>(v / ni / nj);
+      const std::array<int, 3> at{i, j, k}, size{ni, nj, nk};
+      const std::array<std::size_t, 3> stride{1, std::size_t(ni), std::size_t(ni) * nj};
+      for (int a = 0; a < 3; ++a) {
+        part.low[a] = std::min(part.low[a], at[a]);
+        part.high[a] = std::max(part.high[a], at[a]);
+        if (at[a] > 0 && !seen[v - stride[a]] && wanted(v - stride[a])) {
+          seen[v - stride[a]] = 1;
+          part.voxels.push_back(v - stride[a]);
+        }
+        if (at[a] + 1 < size[a] && !seen[v + stride[a]] && wanted(v + stride[a])) {
+          seen[v + stride[a]] = 1;
+          part.voxels.push_back(v + stride[a]);
+        }
+      }
+    }
+    if (part.voxels.size() > best.voxels.size()) std::swap(best, part);
+  }
+  return best;
+}
+
+WorstError deepest_of(const VolumeGeometry& geometry, Part part, bool too_little) {
+  const auto [ni, nj, nk] = geometry.size;
+  VoxelBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.first[a] = std::max(0, part.low[a] - 1);
+    box.size[a] = std::min(geometry.size[a] - 1, part.high[a] + 1) - box.first[a] + 1;
+  }
+  std::vector<std::uint8_t> other(box.voxel_count(), 1);
+  std::sort(part.voxels.begin(), part.voxels.end());
+  const auto in_box = [&, ni = ni, nj = nj](std::size_t v) {
+    return box.offset(static_cast<int>(v % ni) - box.first[0], static_cast<int>(v / ni % nj) - box.first[1],
+                      static_cast<int>(v / ni / nj) - box.first[2]);
+  };
+  for (const std::size_t v : part.voxels) other[in_box(v)] = 0;
+  const std::vector<float> depth = distance_map(other, box, geometry.world_from_index().linear());
+  std::size_t best = part.voxels.front();
+  for (const std::size_t v : part.voxels)
+    if (depth[in_box(v)] > depth[in_box(best)]) best = v;
+  return {{static_cast<int>(best % ni), static_cast<int>(best / ni % nj), static_cast<int>(best / ni / nj)},
+          depth[in_box(best)],
+          part.voxels.size(),
+          too_little};
+}
+
+constexpr double kNearVoxels = 2.5;
+
+/// Halfway between a voxel of the mask and a neighbour that is not, or the grid's end, the nearest (mm) to a place.
+Eigen::Vector3d boundary_near(const Mask& mask, const Eigen::Vector3d& from) {
+  const VolumeGeometry& g = mask.geometry;
+  const Eigen::Affine3d world = g.world_from_index();
+  Eigen::Vector3d best = from;
+  double square = std::numeric_limits<double>::infinity();
+  std::size_t v = 0;
+  for (int k = 0; k < g.size[2]; ++k)
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i, ++v) {
+        if (!mask.voxels[v]) continue;
+        const std::array<int, 3> at{i, j, k};
+        const std::array<std::size_t, 3> stride{1, std::size_t(g.size[0]), std::size_t(g.size[0]) * g.size[1]};
+        for (int side = 0; side < 6; ++side) {
+          const int a = side / 2, step = side % 2 ? 1 : -1, to = at[a] + step;
+          const bool last = to < 0 || to == g.size[a];
+          if (!last && mask.voxels[step > 0 ? v + stride[a] : v - stride[a]]) continue;
+          Eigen::Vector3d half(i, j, k);
+          half[a] += 0.5 * step;
+          const double d = (world * half - from).squaredNorm();
+          if (d < square) square = d, best = world * half;
+        }
+      }
+  return best;
+}
+
+}  // namespace
+
+std::optional<WorstError> worst_error(const Mask& truth, const Mask& now) {
+  if (!truth.geometry.same_grid(now.geometry))
+    throw Error("the robot cannot compare", "reference and result have different grids", "resample one onto the other");
+  const std::uint8_t *const t = truth.voxels.data(), *const n = now.voxels.data();
+  Part missing = largest(truth.geometry, [=](std::size_t v) { return t[v] && !n[v]; });
+  Part extra = largest(truth.geometry, [=](std::size_t v) { return !t[v] && n[v]; });
+  if (missing.voxels.empty() && extra.voxels.empty()) return std::nullopt;
+  const bool too_little = missing.voxels.size() >= extra.voxels.size();
+  return deepest_of(truth.geometry, std::move(too_little ? missing : extra), too_little);
+}
+
+std::optional<WorstError> deepest_voxel(const Mask& mask) {
+  Part part = largest(mask.geometry, [m = mask.voxels.data()](std::size_t v) { return m[v] != 0; });
+  if (part.voxels.empty()) return std::nullopt;
+  return deepest_of(mask.geometry, std::move(part), true);
+}
+
+Mask largest_part(const Mask& mask) {
+  Mask part{mask.geometry, std::vector<std::uint8_t>(mask.voxels.size())};
+  for (const std::size_t v :
+       largest(mask.geometry, [m = mask.voxels.data()](std::size_t w) { return m[w] != 0; }).voxels)
+    part.voxels[v] = 1;
+  return part;
+}
+
+std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, const RobotSettings& settings,
+                                  const std::function<void(int, const Mask&)>& after_click) {
+  const Mask part = largest_part(truth);
+  const std::optional<WorstError> deepest = deepest_voxel(part);
+  if (!deepest) throw Error("the robot has no reference", "no voxel has the label", "give a label that occurs");
+  const Eigen::Affine3d world = truth.geometry.world_from_index();
+  const auto place = [&](const std::array<int, 3>& voxel) -> Eigen::Vector3d {
+    return world * Eigen::Vector3d(voxel[0], voxel[1], voxel[2]);
+  };
+  // The voxels at that very depth are outside: the ball ends just before them.
+  const double radius_mm = 0.999 * deepest->depth_mm;
+  std::vector<Mark> marks{
+      {MarkKind::Inside,
+       place(deepest->voxel) + Eigen::Vector3d::Ones().normalized() * settings.seed_offset * radius_mm,
+       settings.seed_scale * radius_mm,
+       {0, 0, 0}}};
+  std::vector<RobotClick> clicks;
+  for (int click = 0;; ++click) {
+    const auto start = std::chrono::steady_clock::now();
+    const Mask now = subject.segment(marks);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    clicks.push_back({marks.back(), compare(part, now), seconds});
+    after_click(click, now);
+    if (click == settings.most_clicks) break;
+    const std::optional<WorstError> error = worst_error(part, now);
+    if (!error) break;
+    const Eigen::Vector3d at = place(error->voxel);
+    RobotHand hand = settings.hand;
+    Eigen::Vector3d surface = at;  // the place of it that is nearest
+    if (hand != RobotHand::Marks) surface = boundary_near(now, at);
+    if (hand == RobotHand::Mixed) {
+      const double near_mm = kNearVoxels * truth.geometry.spacing_mm.minCoeff();
+      const double off_mm = (surface - at).norm();  // 0 where there is no surface
+      hand = off_mm > 0 && off_mm < near_mm ? RobotHand::Grabs : RobotHand::Marks;
+    }
+    if (hand != RobotHand::Marks) {
+      const Eigen::Vector3d to = boundary_near(part, at);
+      const Eigen::Vector3d way = to - surface;
+      const double sign = error->too_little ? 1 : -1;
+      marks.push_back({MarkKind::Boundary, to, truth.geometry.spacing_mm.minCoeff(),
+                       hand == RobotHand::Grabs ? Eigen::Vector3d(sign * way) : Eigen::Vector3d::Zero()});
+      continue;
+    }
+    const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
+    marks.push_back({kind, at, subject.brush_mm(kind, at), {0, 0, 0}});
+  }
+  return clicks;
+}
+
+}  // namespace simplexseg
