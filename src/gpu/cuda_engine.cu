@@ -229,6 +229,13 @@ class GlBuffer final : public SharedBuffer {
 };
 #endif
 
+/// Copy of values in device memory.
+template <class T>
+class DeviceCopy : public DeviceArray<T> {
+ public:
+  void share(std::span<const T> values) { this->assign(values); }
+};
+
 class CudaExecutor {
  public:
   static constexpr const char* name = "cuda";
@@ -236,6 +243,8 @@ class CudaExecutor {
   using Array = DeviceArray<T>;
   template <class T>
   using HostVisible = HostVisibleArray<T>;
+  template <class T>
+  using Shared = DeviceCopy<T>;
   using NeighbourArray = simplexseg::NeighbourArray;
   static constexpr bool kRecords = true, kSumsRings = false;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS

@@ -48,6 +48,13 @@ struct FieldFit {
   bool settled = false;                    ///< whether no further comparison is due: the mesh has settled or is stuck
 };
 
+/// Sleep of a mesh (session/mesh_sleep.h).
+struct SleepState {
+  std::optional<std::uint64_t> inputs;  ///< input_digest() with which it fell asleep; none: it is awake
+  int steps_awake = 0;                  ///< number of steps since it was added or woken
+  bool asleep() const { return inputs.has_value(); }
+};
+
 /// Mesh of a scene with the state of its simulation.
 struct MeshItem {
   ItemId id = 0;
@@ -77,6 +84,7 @@ struct MeshItem {
   int final_vertices = 0;  ///< final number of vertices; 0: SimulationParameters::final_vertices
   bool rebuilt = false;    ///< whether it was rebuilt from its field or made from `start`: on its finest level
   FieldFit fit;
+  SleepState sleep;
 
   bool has_field() const { return field && !field->values.empty(); }
 };

@@ -131,6 +131,11 @@ class Session {
   void load_new_engine();
   void set_engine_parameters();
   void set_engine_points();
+  void wake_meshes();
+  void set_engine_asleep();
+  bool all_asleep() const;
+  bool has_stale_poses() const;
+  void read_pose(std::size_t mesh) const;
   void read_poses() const;
   void read_poses_or_fail_over();
   void fail_over_if_failed();
@@ -147,10 +152,12 @@ class Session {
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
   bool refine_due_meshes();
   bool rebuild_stuck_meshes();
+  void put_settled_meshes_to_sleep();
 
   mutable FailoverEngine engine_;
   mutable Scene scene_;
-  mutable bool poses_stale_ = false;  ///< whether the engine has run steps since the poses of scene_ were read
+  /// For each loaded mesh, whether the engine has moved it since its pose in scene_ was read.
+  mutable std::vector<char> stale_poses_;
   mutable int steps_since_read_ = 0;
   Volume volume_;
   FieldUpdater field_updater_;
@@ -163,7 +170,7 @@ class Session {
   std::uint64_t revision_ = 0, topology_revision_ = 0;
   StepOutcome last_;
   std::vector<char> finest_;  ///< whether each mesh is on its finest level, as set in the engine
-  bool at_rest_ = false;
+  std::vector<char> asleep_;  ///< whether each mesh sleeps, as set in the engine
   double seconds_per_step_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "session/engine_scene.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
 #include "session/session.h"
@@ -42,13 +43,14 @@ ItemId Session::execute(const CommitFieldUpdate&) {
   try {
     set_engine_field(k);
     if (waited_for_field) set_engine_parameters();
+    item->sleep = {};
+    set_engine_asleep();
   } catch (const DeviceError& failure) {
     fail_over(failure);  // loads the whole scene
   } catch (...) {
     item->field = before;
     throw;
   }
-  at_rest_ = false;
   return 0;
 }
 
@@ -75,7 +77,6 @@ ItemId Session::execute(const RequestFieldUpdate& command) {
     throw Error("segmentation " + std::to_string(command.mesh), "the scene has none with that id",
                 "choose one of the scene");
   item->cancelled = nullptr;
-  at_rest_ = false;
   return 0;
 }
 
@@ -119,8 +120,7 @@ void Session::update_fields_in_background() {
 
 void Session::set_engine_field(std::size_t mesh) {
   const MeshItem& item = scene_.meshes[mesh];
-  if (item.has_field())
-    engine_->set_field(static_cast<int>(mesh), {item.field->cell, item.field->box, item.field->values});
+  if (item.has_field()) engine_->set_field(static_cast<int>(mesh), engine_field(item));
 }
 
 }  // namespace simplexseg

@@ -5,6 +5,7 @@
 
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_rebuild.h"
+#include "session/mesh_sleep.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -14,6 +15,8 @@ namespace {
 constexpr int kFitInterval = 50;
 /// Share of the previous disagreement; a mesh is stuck if more than this share remains after an interval.
 constexpr double kStuckShare = 0.8;
+/// Number of steps after which a mesh may fall asleep: a mesh that was woken starts with velocity 0.
+constexpr int kMinStepsAwake = 10;
 
 }  // namespace
 
@@ -47,7 +50,7 @@ bool Session::rebuild_stuck_meshes() {
     const bool settled = state == LevelState::Settled;  // also with edges shrunk below a voxel on a coarser level
     if (state == LevelState::RefinementDue || (finest_[k] == 0 && !settled)) continue;
     if (total_steps_ % kFitInterval != 0 && !settled) continue;
-    read_poses();
+    read_pose(k);
     if (engine_.failure()) return false;
     const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
     const FieldMismatch mismatch = compare_with_field(item, volume_);
@@ -69,20 +72,28 @@ bool Session::rebuild_stuck_meshes() {
 
 bool Session::refine_due_meshes() {
   NewMeshes replaced;
-  bool settled = true;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     const MeshItem& item = scene_.meshes[k];
     const LevelState state =
         level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    if (state != LevelState::Settled) settled = false;
     if (state != LevelState::RefinementDue) continue;
-    read_poses();
+    read_pose(k);
     if (engine_.failure()) return false;
     replaced.emplace_back(k, item);
     refine_item(replaced.back().second);
   }
-  at_rest_ = settled;
   return load_new_meshes(std::move(replaced));
+}
+
+void Session::put_settled_meshes_to_sleep() {
+  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
+    MeshItem& item = scene_.meshes[k];
+    if (item.sleep.asleep() || item.sleep.steps_awake < kMinStepsAwake) continue;
+    if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) ==
+        LevelState::Settled)
+      item.sleep.inputs = input_digest(item, scene_, volume_);
+  }
+  set_engine_asleep();
 }
 
 }  // namespace simplexseg
