@@ -221,7 +221,8 @@ bool EvidenceField::spreads(const VoxelBox& grown) const {
   return border_share_ >= leak_share || moved > kMostCutSides;
 }
 
-void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> others, const ReportProgress& report) {
+void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> others, const ReportProgress& report,
+                           const std::function<void()>& box_solved) {
   check(marks);
   UpdateProgress& progress = voxels_->progress();
   progress.start(report);
@@ -234,6 +235,7 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   // that held the object the last time mostly does.
   const double rough = std::max(growing_tolerance, settings_.tolerance);
   double tolerance = box_ == voxels_->box() ? settings_.tolerance : rough;
+  double shown_mm3 = 0;  // volume of the object at the last call of box_solved
   const auto solve_in_box = [&] {
     progress.begin_pass(!(settings_.tolerance < tolerance));
     voxels_->set_box(cell_, box_, reach_mm_);
@@ -244,6 +246,9 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
     progress.advance(FieldPhase::Features);
     take(voxels_->solve(tolerance, false));
     progress.advance(FieldPhase::Walker);
+    if (!box_solved || object_mm3_ < 2 * shown_mm3 || object_mm3_ == 0) return;
+    shown_mm3 = object_mm3_;
+    box_solved();
   };
   VoxelBox before_growth = region_;
   const auto grows = [&] {

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -33,8 +34,11 @@ class EvidenceField {
   /// solved as if they were the first. `others`: inside marks of other objects, which are constraints of the solver
   /// and have no effect on the prior. Throws Error without an inside or boundary mark, for a radius or a direction out
   /// of range, or for a mark outside the volume. `report`: receives the completed fraction on this thread. It increases
-  /// and stays below 1: the last phase is values().
-  void update(std::span<const Mark> marks, std::span<const Mark> others = {}, const ReportProgress& report = {});
+  /// and stays below 1: the last phase is values(). `box_solved`: called on this thread when a box is solved that may
+  /// still grow, if the object in it is at least twice as large as at the last call; object(), box(), probability() and
+  /// values() are then those of that box.
+  void update(std::span<const Mark> marks, std::span<const Mark> others = {}, const ReportProgress& report = {},
+              const std::function<void()>& box_solved = {});
 
   struct Report {
     int iterations = 0;  ///< of the solver, the last time

@@ -15,7 +15,7 @@ EngineScene engine_scene(const Scene& scene, const Volume& volume) {
     m.finest = is_finest(item, scene.simulation, voxel_mm(volume));
     m.solver = item.solver;
     m.edge_mm = item.edge_mm;
-    m.asleep = item.sleep.asleep();
+    m.asleep = item.sleep.asleep;
     m.field = engine_field(item);
     loaded.meshes.push_back(m);
   }

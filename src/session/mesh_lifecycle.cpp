@@ -103,10 +103,12 @@ ForceParameters active_parameters(const MeshItem& item, const Volume& volume) {
 
 LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
                        float mean_move_mm, float mean_edge_mm) {
-  if (item.locked || item.sleep.asleep()) return LevelState::Settled;
+  if (item.locked || item.sleep.asleep) return LevelState::Settled;
   const bool settled = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
   if (waits_for_field(item, volume))
     return settled || item.field || item.cancelled ? LevelState::Settled : LevelState::Moving;
+  if (item.has_field() && item.field->is_preliminary() && uses_field(item, volume))
+    return settled ? LevelState::Settled : LevelState::Moving;
   if (!settled && item.steps_at_level < static_cast<int>(simulation.steps_per_level + 0.5f)) return LevelState::Moving;
   if (!is_finest(item, simulation, voxel_mm(volume), mean_edge_mm)) return LevelState::RefinementDue;
   return settled ? LevelState::Settled : LevelState::Moving;

@@ -22,12 +22,13 @@ std::uint64_t input_digest(const MeshItem& item, const Scene& scene, const Volum
 
 void wake_changed_meshes(Scene& scene, const Volume& volume) {
   for (MeshItem& item : scene.meshes)
-    if (item.sleep.asleep() && *item.sleep.inputs != input_digest(item, scene, volume)) item.sleep = {};
+    if (const std::uint64_t inputs = input_digest(item, scene, volume); inputs != item.sleep.inputs)
+      item.sleep = {false, 0, inputs};
 }
 
 std::vector<char> sleeping_meshes(const Scene& scene) {
   std::vector<char> asleep;
-  for (const MeshItem& item : scene.meshes) asleep.push_back(item.sleep.asleep());
+  for (const MeshItem& item : scene.meshes) asleep.push_back(item.sleep.asleep);
   return asleep;
 }
 

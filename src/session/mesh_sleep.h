@@ -15,7 +15,7 @@ class Volume;
 /// its boundary points, and the geometry of the volume.
 std::uint64_t input_digest(const MeshItem& item, const Scene& scene, const Volume& volume);
 
-/// Wakes the sleeping meshes whose inputs have changed since they fell asleep.
+/// Wakes the meshes whose inputs have changed since the last call.
 void wake_changed_meshes(Scene& scene, const Volume& volume);
 
 /// For each mesh, 1 if it sleeps, else 0: the argument of Engine::set_asleep().

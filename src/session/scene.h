@@ -50,9 +50,9 @@ struct FieldFit {
 
 /// Sleep of a mesh (session/mesh_sleep.h).
 struct SleepState {
-  std::optional<std::uint64_t> inputs;  ///< input_digest() with which it fell asleep; none: it is awake
-  int steps_awake = 0;                  ///< number of steps since it was added or woken
-  bool asleep() const { return inputs.has_value(); }
+  bool asleep = false;
+  int steps_awake = 0;       ///< number of steps since something acted on it
+  std::uint64_t inputs = 0;  ///< input_digest() at the last command or when it fell asleep; 0: not computed
 };
 
 /// Mesh of a scene with the state of its simulation.

@@ -333,7 +333,7 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     last_ = engine_->step(std::min(steps - result.steps, until_check));
     for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
       MeshItem& item = scene_.meshes[k];
-      if (item.sleep.asleep() || last_.steps == 0) continue;
+      if (item.sleep.asleep || last_.steps == 0) continue;
       stale_poses_[k] = 1;
       item.steps_at_level += last_.steps;
       item.sleep.steps_awake += last_.steps;

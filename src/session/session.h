@@ -118,6 +118,7 @@ class Session {
   ItemId execute(const Redo& command);
   ItemId execute(const StartFieldUpdate& command);
   ItemId execute(const CommitFieldUpdate& command);
+  ItemId execute(const CommitPreliminaryField& command);
   ItemId execute(const CancelFieldUpdate& command);
   ItemId execute(const RequestFieldUpdate& command);
   template <class Edit>
@@ -145,6 +146,7 @@ class Session {
   void finish_field_update();
   void update_all_fields();
   void update_fields_in_background();
+  void attach_field(MeshItem& item, std::shared_ptr<const MeshField> field);
   void set_engine_field(std::size_t mesh);
   Advance run_steps(int steps, bool stop_at_rest);
   using NewMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< new meshes with their indices in the scene

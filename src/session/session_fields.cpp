@@ -24,6 +24,25 @@ ItemId Session::execute(const StartFieldUpdate& command) {
   return 0;
 }
 
+/// Replaces the field of a mesh in scene and engine, and wakes the mesh. If the engine throws, the mesh keeps its
+/// field.
+void Session::attach_field(MeshItem& item, std::shared_ptr<const MeshField> field) {
+  const bool waited_for_field = waits_for_field(item, volume_);
+  std::shared_ptr<const MeshField> before = std::exchange(item.field, std::move(field));
+  try {
+    set_engine_field(&item - scene_.meshes.data());
+    if (waited_for_field) set_engine_parameters();
+    if (before && before->is_preliminary()) item.steps_at_level = 0;
+    item.sleep = {};
+    set_engine_asleep();
+  } catch (const DeviceError& failure) {
+    fail_over(failure);  // loads the whole scene
+  } catch (...) {
+    item.field = std::move(before);
+    throw;
+  }
+}
+
 ItemId Session::execute(const CommitFieldUpdate&) {
   if (field_updater_.solving_mesh() == 0)
     throw Error("the field update", "no field is being solved", "start one first");
@@ -31,26 +50,22 @@ ItemId Session::execute(const CommitFieldUpdate&) {
   const std::shared_ptr<const MeshField> field = field_updater_.finish();
   field_updater_.discard_deleted(scene_);
   if (!item || !field) return 0;
-  const bool waited_for_field = waits_for_field(*item, volume_);
-  const std::shared_ptr<const MeshField> before = std::exchange(item->field, field);
   const std::string name = "Segmentation '" + item->name + "'";
   if (!field->problem.empty()) field_warnings_.push_back(name + " could not be computed: " + field->problem);
   if (field->leaks)
     field_warnings_.push_back(name + " spreads without finding a border. Mark what is outside (O).");
-  else if (field->probably_wrong() && !(before && before->probably_wrong()))
+  else if (field->probably_wrong() && !(item->field && item->field->probably_wrong()))
     field_warnings_.push_back(name + " is probably wrong. Mark what belongs to it (I) and what does not (O).");
-  const std::size_t k = item - scene_.meshes.data();
-  try {
-    set_engine_field(k);
-    if (waited_for_field) set_engine_parameters();
-    item->sleep = {};
-    set_engine_asleep();
-  } catch (const DeviceError& failure) {
-    fail_over(failure);  // loads the whole scene
-  } catch (...) {
-    item->field = before;
-    throw;
-  }
+  attach_field(*item, field);
+  return 0;
+}
+
+ItemId Session::execute(const CommitPreliminaryField&) {
+  if (field_updater_.solving_mesh() == 0)
+    throw Error("the field update", "no field is being solved", "start one first");
+  MeshItem* const item = scene_.find_mesh(field_updater_.solving_mesh());
+  const std::shared_ptr<const MeshField> field = field_updater_.next_preliminary();
+  if (item && field) attach_field(*item, field);
   return 0;
 }
 
@@ -114,6 +129,7 @@ void Session::update_all_fields() {
 
 void Session::update_fields_in_background() {
   if (field_updater_.ready()) finish_field_update();
+  while (field_updater_.has_preliminary()) apply(CommitPreliminaryField{});
   if (field_updater_.solving_mesh() != 0) return;
   if (const ItemId mesh = mesh_with_due_update()) apply(StartFieldUpdate{mesh});
 }

@@ -42,7 +42,7 @@ bool Session::rebuild_stuck_meshes() {
   NewMeshes replaced;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    if (item.locked || !uses_field(item, volume_) || !item.has_field() ||
+    if (item.locked || !uses_field(item, volume_) || !item.has_field() || item.field->is_preliminary() ||
         (item.fit.field == item.field && item.fit.settled))
       continue;
     const LevelState state =
@@ -88,10 +88,10 @@ bool Session::refine_due_meshes() {
 void Session::put_settled_meshes_to_sleep() {
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    if (item.sleep.asleep() || item.sleep.steps_awake < kMinStepsAwake) continue;
+    if (item.sleep.asleep || item.sleep.steps_awake < kMinStepsAwake) continue;
     if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) ==
         LevelState::Settled)
-      item.sleep.inputs = input_digest(item, scene_, volume_);
+      item.sleep = {true, 0, input_digest(item, scene_, volume_)};
   }
   set_engine_asleep();
 }
