@@ -51,7 +51,7 @@ struct FieldFit {
 /// Sleep of a mesh (session/mesh_sleep.h).
 struct SleepState {
   bool asleep = false;
-  int steps_awake = 0;       ///< number of steps since something acted on it
+  int settled_steps = 0;     ///< number of steps since something acted on it or a check found it moving
   std::uint64_t inputs = 0;  ///< input_digest() at the last command or when it fell asleep; 0: not computed
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Automatic refinement of meshes, and rebuilding of meshes that deformation does not bring to their field.
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -15,8 +16,9 @@ namespace {
 constexpr int kFitInterval = 50;
 /// Share of the previous disagreement; a mesh is stuck if more than this share remains after an interval.
 constexpr double kStuckShare = 0.8;
-/// Number of steps after which a mesh may fall asleep: a mesh that was woken starts with velocity 0.
-constexpr int kMinStepsAwake = 10;
+/// Number of steps after which a settled mesh falls asleep, if a refresh of the targets is among them. A mesh that was
+/// woken starts with velocity 0.
+constexpr int kMinSettledSteps = 10;
 
 }  // namespace
 
@@ -86,11 +88,14 @@ bool Session::refine_due_meshes() {
 }
 
 void Session::put_settled_meshes_to_sleep() {
+  const int refresh_interval = static_cast<int>(scene_.simulation.refresh_interval + 0.5f);
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    if (item.sleep.asleep || item.sleep.steps_awake < kMinStepsAwake) continue;
-    if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) ==
+    if (item.sleep.asleep) continue;
+    if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) !=
         LevelState::Settled)
+      item.sleep.settled_steps = 0;
+    else if (item.sleep.settled_steps >= std::max(kMinSettledSteps, refresh_interval))
       item.sleep = {true, 0, input_digest(item, scene_, volume_)};
   }
   set_engine_asleep();

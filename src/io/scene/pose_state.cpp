@@ -154,7 +154,7 @@ std::string pose_state_bytes(const MeshItem& item) {
     }
   }
   state["rebuilt"] = item.rebuilt;
-  state["asleep"] = item.sleep.asleep, state["steps_awake"] = item.sleep.steps_awake;
+  state["asleep"] = item.sleep.asleep, state["settled_steps"] = item.sleep.settled_steps;
   state["inputs"] = item.sleep.inputs;
   std::string bytes;
   json::to_cbor(state, bytes);
@@ -203,9 +203,9 @@ void restore_pose_state(const std::string& file, const std::string& bytes, MeshI
       fit = {field, state.at("field_disagreement").get<int>(), state.at("field_settled").get<bool>()};
 
     // Files of earlier versions contain no state of sleep.
-    const SleepState sleep{state.value("asleep", false), state.value("steps_awake", 0),
+    const SleepState sleep{state.value("asleep", false), state.value("settled_steps", 0),
                            state.value("inputs", std::uint64_t{0})};
-    expect(sleep.steps_awake >= 0, "'steps_awake' is negative");
+    expect(sleep.settled_steps >= 0, "'settled_steps' is negative");
 
     item.field = field, item.fit = fit, item.rebuilt = state.value("rebuilt", false), item.sleep = sleep;
     item.solver = solver;
