@@ -11,7 +11,7 @@
 #include "core/expect.h"
 #include "field/brush_radius.h"
 #include "field/evidence_box.h"
-#include "field/seed_reach.h"
+#include "field/seed_scale.h"
 
 namespace simplexseg {
 namespace {

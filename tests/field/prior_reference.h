@@ -17,7 +17,7 @@
 #include "field/parallel/cpu_executor.h"
 #include "field/parallel/prior.h"
 #include "field/quantile.h"
-#include "field/seed_reach.h"
+#include "field/seed_scale.h"
 #include "references.h"
 
 namespace simplexseg {

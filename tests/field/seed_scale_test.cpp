@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "field/seed_reach.h"
+#include "field/seed_scale.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "field/parallel/before.h"
+#include "field/parallel/previous_field.h"
 #include "field/parallel/cpu_executor.h"
 
 #include <gtest/gtest.h>
