@@ -83,7 +83,7 @@ struct SideOfBox {
     const int at[3]{i, j, k};
     bool far = false, edge = false;
     for (int a = 0; a < 3; ++a) {
-      if (size[a] == 1) continue;  // a volume of one slice has no far side along it
+      if (size[a] < 3) continue;  // else all cells of one or two slices would be constraints
       const bool first = at[a] == 0, last = at[a] == size[a] - 1;
       far |= (first && !volume_first[a]) || (last && !volume_last[a]);
       edge |= (first && volume_first[a]) || (last && volume_last[a]);
