@@ -197,9 +197,12 @@ BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox&
     if (image.finite[v]) sample.push_back(image.value[v]);
   float low = 0, high = 1;
   if (!sample.empty()) low = quantile(sample, 0.01), high = quantile(sample, 0.99);
+  // A power of two, which changes no bit of ordinary intensities: range and inverse range must not overflow.
+  const float unit = !std::isfinite(high - low) ? 0.25f : high - low < 0x1p-120f ? 0x1p100f : 1.0f;
+  low *= unit, high *= unit;
   const float scale = high > low ? 1 / (high - low) : 0;
-  for_each_index(run, n, [value = image.value.data(), finite = image.finite.data(), low, scale](int v) {
-    value[v] = finite[v] ? std::min(std::max((value[v] - low) * scale, 0.0f), 1.0f) : 0.0f;
+  for_each_index(run, n, [value = image.value.data(), finite = image.finite.data(), unit, low, scale](int v) {
+    value[v] = finite[v] ? std::min(std::max((value[v] * unit - low) * scale, 0.0f), 1.0f) : 0.0f;
   });
   return image;
 }

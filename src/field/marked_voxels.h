@@ -85,7 +85,7 @@ struct BoxBoundary {
     const int at[3]{i, j, k};
     bool far = false, edge = false;
     for (int a = 0; a < 3; ++a) {
-      if (size[a] == 1) continue;  // an axis of one voxel has no sides
+      if (size[a] < 3) continue;  // else all cells of one or two slices would be constraints
       const bool first = at[a] == 0, last = at[a] == size[a] - 1;
       far |= (first && !volume_first[a]) || (last && !volume_last[a]);
       edge |= (first && volume_first[a]) || (last && volume_last[a]);

@@ -17,6 +17,9 @@ std::unique_ptr<Engine> make_cuda_engine(VolumeSampling) {
 std::unique_ptr<FieldSolver> make_cuda_field_solver(const Volume&, const RunJobs&, const EvidenceSettings&) {
   throw Error("evidence field on cuda", cuda_unavailable_reason(), "use --backend cpu, or build where nvcc is found");
 }
+WalkerSolution solve_walker_on_cuda(const WalkerSystem&, double, int) {
+  throw Error("random walker on cuda", cuda_unavailable_reason(), "use --backend cpu, or build where nvcc is found");
+}
 #endif
 
 EngineChoice make_engine(Backend backend, VolumeSampling sampling) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "field/field_solver.h"
+#include "field/walker_system.h"
 #include "step/engine.h"
 
 namespace simplexseg {
@@ -40,6 +41,8 @@ std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling = VolumeSamplin
 /// device is usable. The functions of the solver throw DeviceError if the device fails or runs out of memory.
 std::unique_ptr<FieldSolver> make_cuda_field_solver(const Volume& volume, const RunJobs& run,
                                                     const EvidenceSettings& settings);
+/// Solves a system of the random walker by the solver of make_cuda_field_solver(). Throws Error like it.
+WalkerSolution solve_walker_on_cuda(const WalkerSystem& system, double tolerance, int most_iterations);
 /// CUDA stream of the current thread for the lifetime of this object: engines that the thread creates, uses and
 /// destroys run concurrently with those of other threads. Has no effect without a device. The constructor throws
 /// DeviceError.

@@ -229,13 +229,6 @@ class GlBuffer final : public SharedBuffer {
 };
 #endif
 
-/// Copy of values in device memory.
-template <class T>
-class DeviceCopy : public DeviceArray<T> {
- public:
-  void share(std::span<const T> values) { this->assign(values); }
-};
-
 class CudaExecutor {
  public:
   static constexpr const char* name = "cuda";

@@ -245,6 +245,8 @@ TEST_F(BadInput, Usage) {
   expect_rejected({"study", "stability"}, "--out");
   expect_rejected({"study", "stability", "--out", path("x"), "--backend", "abacus"}, "abacus");
   expect_rejected({"study", "stability", "--out", path("x"), "--threads", "-1"}, "-1");
+  expect_rejected({"study", "field-stability"}, "--out");
+  expect_rejected({"study", "field-stability", "--out", path("x"), "--backend", "abacus"}, "abacus");
   expect_rejected({"phantom", "spere", path("out.nii")}, "spere");
   expect_rejected({"phantom", "sphere", path("out.nii"), path("two.nii")}, "OUT");
   expect_rejected({"phantom", "label-image", path("truth.nii.gz")}, "LABELS");

@@ -126,6 +126,7 @@ TEST_F(Outputs, OfOtherCommandsAreCheckedBeforeTheyRead) {
          "no voxel has the label 9");
   refuse({"study", "error-time", path("broken.json"), "--out", broken}, "a file has this name");
   refuse({"study", "stability", "--out", broken}, "a file has this name");
+  refuse({"study", "field-stability", "--out", broken}, "a file has this name");
   refuse({"archive", "get", "1.2.3", "--out", broken, "--server", "https://localhost:1"}, "exists already");
   refuse({"archive", "get", "1.2.3", "--out", broken + "/a", "--server", "https://localhost:1"}, "is a file");
   refuse({"archive", "get", "1.2.3", "1.2", "1.3", "--out", path("a"), "--server", "https://localhost:1"}, "only one");

@@ -12,8 +12,8 @@
 
 namespace simplexseg {
 
-/// Number of cells between index x of n along an axis and the nearer side of the box; an axis of one cell has none.
-SIMPLEXSEG_HD int steps_to_side(int x, int n) { return n == 1 ? 0x7fffffff : smaller(x, n - 1 - x); }
+/// Number of cells between index x of n along an axis and the nearer side of the box; an axis of one cell has no sides.
+SIMPLEXSEG_HD int steps_to_side(int x, int n) { return n < 3 ? 0x7fffffff : smaller(x, n - 1 - x); }
 
 /// Computes the object mask of a field (FieldObject).
 template <class Executor>
@@ -90,7 +90,7 @@ class ParallelObject {
     double all = 1, inner = 1;
     for (int a = 0; a < 3; ++a) {
       all *= box_.size[a];
-      inner *= box_.size[a] == 1 ? 1 : std::max(0, box_.size[a] - 2 * (kNearSide + 1));
+      inner *= box_.size[a] < 3 ? box_.size[a] : std::max(0, box_.size[a] - 2 * (kNearSide + 1));
       if (found[kHigh + a] < 0) continue;
       summary.bounds.first[a] = box_.first[a] + found[kLow + a];
       summary.bounds.size[a] = found[kHigh + a] - found[kLow + a] + 1;
