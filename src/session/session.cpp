@@ -137,7 +137,7 @@ void Session::load_engine() {
   engine_->load(loaded.meshes, scene_.simulation, loaded.points);
   finest_.clear();
   for (const EngineMesh& m : loaded.meshes) finest_.push_back(m.finest);
-  asleep_ = sleeping_meshes(scene_);
+  asleep_ = sleeping_meshes(scene_), may_sleep_.clear();
   stale_poses_.assign(loaded.meshes.size(), 0);
   ++topology_revision_;
   last_ = engine_->step(0);
@@ -329,7 +329,8 @@ Advance Session::run_steps(int steps, bool stop_at_rest) {
 void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
   const double start = now();
   while (result.steps < steps && !result.failure && !(stop_at_rest && all_asleep())) {
-    const int until_check = kCheckInterval - static_cast<int>(total_steps_ % kCheckInterval);
+    const bool ends_with_sleep = !may_sleep_.empty();
+    const int until_check = ends_with_sleep ? 1 : kCheckInterval - static_cast<int>(total_steps_ % kCheckInterval);
     last_ = engine_->step(std::min(steps - result.steps, until_check));
     for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
       MeshItem& item = scene_.meshes[k];
@@ -346,9 +347,12 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     for (const TimestepCut& cut : last_.cuts) result.cuts.push_back(text_of(cut, scene_));
     if (last_.failure) {
       result.failure = text_of(*last_.failure, scene_) + ", and no smaller timestep helps; lower its weight";
-    } else if (total_steps_ % kCheckInterval == 0) {
-      const bool replaced = rebuild_stuck_meshes() || refine_due_meshes();
+    } else if (ends_with_sleep) {
       put_settled_meshes_to_sleep();
+    }
+    if (!last_.failure && total_steps_ % kCheckInterval == 0) {
+      const bool replaced = rebuild_stuck_meshes() || refine_due_meshes();
+      refresh_if_settled();
       result.refined = replaced || result.refined;
     }
   }

@@ -154,6 +154,7 @@ class Session {
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
   bool refine_due_meshes();
   bool rebuild_stuck_meshes();
+  void refresh_if_settled();
   void put_settled_meshes_to_sleep();
 
   mutable FailoverEngine engine_;
@@ -171,8 +172,9 @@ class Session {
   std::int64_t total_steps_ = 0;
   std::uint64_t revision_ = 0, topology_revision_ = 0;
   StepOutcome last_;
-  std::vector<char> finest_;  ///< whether each mesh is on its finest level, as set in the engine
-  std::vector<char> asleep_;  ///< whether each mesh sleeps, as set in the engine
+  std::vector<char> finest_;     ///< whether each mesh is on its finest level, as set in the engine
+  std::vector<char> asleep_;     ///< whether each mesh sleeps, as set in the engine
+  std::vector<char> may_sleep_;  ///< whether each mesh falls asleep unless the next step moves it; empty: none does
   double seconds_per_step_ = 0;
 };
 

@@ -16,8 +16,7 @@ namespace {
 constexpr int kFitInterval = 50;
 /// Share of the previous disagreement; a mesh is stuck if more than this share remains after an interval.
 constexpr double kStuckShare = 0.8;
-/// Number of steps after which a settled mesh falls asleep, if a refresh of the targets is among them. A mesh that was
-/// woken starts with velocity 0.
+/// Number of steps after which a settled mesh may fall asleep. A mesh that was woken starts with velocity 0.
 constexpr int kMinSettledSteps = 10;
 
 }  // namespace
@@ -87,17 +86,33 @@ bool Session::refine_due_meshes() {
   return load_new_meshes(std::move(replaced));
 }
 
+/// Marks the meshes that have settled, and makes the next step find new targets for them.
+void Session::refresh_if_settled() {
+  std::vector<char> may_sleep(scene_.meshes.size(), 0);
+  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
+    SleepState& sleep = scene_.meshes[k].sleep;
+    if (sleep.asleep) continue;
+    if (level_state(scene_.meshes[k], scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) !=
+        LevelState::Settled)
+      sleep.settled_steps = 0;
+    may_sleep[k] = sleep.settled_steps >= kMinSettledSteps;
+  }
+  if (std::find(may_sleep.begin(), may_sleep.end(), 1) == may_sleep.end()) return;
+  engine_->refresh();
+  may_sleep_ = std::move(may_sleep);
+}
+
+/// Lets those of the marked meshes fall asleep that have not moved towards the new targets, and on which no command has
+/// acted since.
 void Session::put_settled_meshes_to_sleep() {
-  const int refresh_interval = static_cast<int>(scene_.simulation.refresh_interval + 0.5f);
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    if (item.sleep.asleep) continue;
-    if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) !=
+    if (may_sleep_[k] == 0 || item.sleep.settled_steps < kMinSettledSteps) continue;
+    if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) ==
         LevelState::Settled)
-      item.sleep.settled_steps = 0;
-    else if (item.sleep.settled_steps >= std::max(kMinSettledSteps, refresh_interval))
       item.sleep = {true, 0, input_digest(item, scene_, volume_)};
   }
+  may_sleep_.clear();
   set_engine_asleep();
 }
 
