@@ -28,8 +28,8 @@ using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
 
 /// Updates a field with the marks. `first`: the field has no marks yet; the most recent marks are then applied
 /// individually, because the effect of a mark depends on the field that it corrected. `report` receives the completed
-/// fraction, `publish` the preliminary fields of a first update. Throws only DeviceError; MeshField::problem is set for
-/// any other Error.
+/// fraction, `publish` (may be empty) the preliminary fields of a first update. Throws only DeviceError;
+/// MeshField::problem is set for any other Error.
 std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::vector<Mark> marks,
                                        std::vector<Mark> others, const VolumeGeometry& geometry,
                                        const ReportProgress& report, const Publish& publish) {
@@ -53,7 +53,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::ve
       const auto updates = static_cast<float>(marks.size() - first_count + 1);
       field.update(
           {marks.data(), count}, others, [&](float fraction) { report((done + fraction) / updates); },
-          first && count == first_count ? std::function<void()>(publish_box) : nullptr);
+          publish && first && count == first_count ? std::function<void()>(publish_box) : nullptr);
     }
     solved->leaks = field.report().leaks;
     solved->expected_dice = static_cast<float>(field.report().expected_dice);
@@ -149,11 +149,13 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       }
     });
   };
-  const Publish publish = [this](std::shared_ptr<const MeshField> field) {
-    const std::lock_guard lock(preliminary_mutex_);
-    preliminary_.push_back(std::move(field));
-    preliminary_changed_.notify_all();
-  };
+  Publish publish;  // a mesh that has a field keeps it until the update is complete
+  if (!item.has_field() || item.field->is_preliminary())
+    publish = [this](std::shared_ptr<const MeshField> field) {
+      const std::lock_guard lock(preliminary_mutex_);
+      preliminary_.push_back(std::move(field));
+      preliminary_changed_.notify_all();
+    };
   if (item.start) {
     start_in_background([start = item.start->mesh, marks = std::move(marks), others = std::move(others),
                          geometry = volume_->geometry(), run]() mutable {

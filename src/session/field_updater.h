@@ -64,7 +64,8 @@ class FieldUpdater {
   /// Whether the field that was started is complete, so that finish() returns without waiting; false if none was
   /// started.
   bool ready() const;
-  /// Whether a preliminary field of the running update has not been taken yet; false after cancel().
+  /// Whether a preliminary field of the running update has not been taken yet; false after cancel(). Only an update of
+  /// a mesh without a complete field has them.
   bool has_preliminary() const;
   /// Waits for the next preliminary field of the running update and removes it; null if the update ends without one.
   /// The fields do not depend on when they are taken; finish() discards the rest.

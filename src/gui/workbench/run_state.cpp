@@ -39,7 +39,8 @@ RunState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size
   const Session& session = workbench.session();
   if (is_moving(workbench, loop)) {
     if (session.solving_mesh() == item.id) return RunState::Solving;
-    if (is_update_due(session.scene_without_poses(), item, session.volume())) return RunState::Waiting;
+    if (session.solving_mesh() != 0 && is_update_due(session.scene_without_poses(), item, session.volume()))
+      return RunState::Waiting;
     if (!item.sleep.asleep) return RunState::Running;
   }
   if (!faults_of(workbench, mesh).isEmpty()) return RunState::Overlapping;
