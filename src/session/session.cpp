@@ -344,7 +344,10 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     steps_since_command_ += last_.steps;
     total_steps_ += last_.steps;
     ++revision_;
-    for (const TimestepCut& cut : last_.cuts) result.cuts.push_back(text_of(cut, scene_));
+    for (const TimestepCut& cut : last_.cuts) {
+      result.cuts.push_back(text_of(cut, scene_));
+      scene_.meshes[cut.failure.mesh].sleep.settled_steps = 0;  // its steps were undone: it has not settled
+    }
     if (last_.failure) {
       result.failure = text_of(*last_.failure, scene_) + ", and no smaller timestep helps; lower its weight";
     } else if (ends_with_sleep) {
