@@ -122,22 +122,56 @@ SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
   return view;
 }
 
+/// Depth below which a sample without a value counts as outside the box, voxels (rounding).
+inline constexpr float kFaceTolerance = 1e-3f;
+
+/// Outer faces of the part of the volume that the box of a field covers, in indices of voxels.
+struct CoveredBox {
+  float low[3], high[3];
+  SIMPLEXSEG_HD explicit CoveredBox(const StepView& v, const MeshConstants& m) {
+    const FieldBox& field = m.field;
+    for (int a = 0; a < 3; ++a) {
+      low[a] = larger(-0.5f, (-0.5f - field.shift[a]) / field.scale[a]);
+      high[a] = smaller(v.volume.size[a] - 0.5f, (field.size[a] - 0.5f - field.shift[a]) / field.scale[a]);
+    }
+  }
+  /// Distance to the nearest face along an axis, voxels; negative outside.
+  template <class R>
+  SIMPLEXSEG_HD R depth(Vec3Of<R> at) const {
+    const R x = smaller(at.x - low[0], high[0] - at.x), y = smaller(at.y - low[1], high[1] - at.y),
+            z = smaller(at.z - low[2], high[2] - at.z);
+    return smaller(x, smaller(y, z));
+  }
+};
+
 /// Displacement (mm, world axes, at most `max_mm` long) towards the object of the mesh's field, from a position `at`
-/// (voxel index) where P is about 0.
+/// (voxel index) where P is about 0, or beyond the box: then to the box, and from there to the object.
 template <class R>
 SIMPLEXSEG_HD Vec3Of<R> vector_to_object(const StepView& v, const MeshConstants& m, Vec3Of<R> at, R max_mm) {
   const VolumeView field = field_view(v, m);
-  Vec3Of<R> p = m.field.index(at);
-  // Clamps the position to the box.
-  p = {smaller(larger(p.x, R(0.0f)), R(m.field.size[0] - 1.0f)),
-       smaller(larger(p.y, R(0.0f)), R(m.field.size[1] - 1.0f)),
-       smaller(larger(p.z, R(0.0f)), R(m.field.size[2] - 1.0f))};
+  const Vec3Of<R> from = m.field.index(at);
+  const Vec3Of<R> p = {smaller(larger(from.x, R(0.0f)), R(m.field.size[0] - 1.0f)),
+                       smaller(larger(from.y, R(0.0f)), R(m.field.size[1] - 1.0f)),
+                       smaller(larger(from.z, R(0.0f)), R(m.field.size[2] - 1.0f))};
   const CellOf<R> c = cell_at(field, p);
   const CornersOf<R> q = LinearVoxels<std::uint16_t>(field).corners(c);
-  const Vec3Of<R> ascent = gradient(field, q, c);
-  const R size = norm(ascent), distance_cells = larger(kFieldFloor - interpolate(q, c), R(0.0f)) / kFieldFall;
-  return choose(size > 0.0f, (smaller((distance_cells + 1.0f) * m.field.cell_mm, max_mm) / size) * ascent,
-                Vec3Of<R>{0, 0, 0});
+  const R value = interpolate(q, c), distance_cells = larger(kFieldFloor - value, R(0.0f)) / kFieldFall;
+  const Vec3Of<R> ascent = gradient(field, q, c), none{0, 0, 0};
+  const R size = norm(ascent);
+  const Vec3Of<R> beyond = p - from;  // indices of cells
+  const BooleanOf<R> is_in_box = dot(beyond, beyond) <= 0.0f;
+  const Vec3Of<R> in_box = choose((size > 0.0f) & (is_in_box | (value <= 0.5f * kFieldScale)),
+                                  (smaller((distance_cells + 1.0f) * m.field.cell_mm, max_mm) / size) * ascent, none);
+  // A row of the matrix, divided by its square, is the shortest displacement that changes the index of its axis by 1.
+  const float* const rows = field.index_from_world;
+  auto along = [&](int a, R cells) SIMPLEXSEG_INLINED {
+    const Vec3 row{rows[4 * a], rows[4 * a + 1], rows[4 * a + 2]};
+    const R share = cells * (1.0f / dot(row, row));
+    return Vec3Of<R>{row.x * share, row.y * share, row.z * share};
+  };
+  const Vec3Of<R> sum = in_box + along(0, beyond.x) + along(1, beyond.y) + along(2, beyond.z);
+  const R length = norm(sum);
+  return choose(length > max_mm, (max_mm / length) * sum, sum);
 }
 
 /// Weight of the field's descent direction relative to the normal in a search line.
@@ -314,13 +348,18 @@ struct EvidenceSearch {
       const IndexLineOf<R> in_box{m.field.index(line.origin), m.field.difference(line.direction)};
       sample_line(LinearVoxels<std::uint16_t>(field), field, lanes, in_box, start, step, count, ratio);
     }
+    const CoveredBox covered(v, m);
     for (int k = lanes.lane; k < count; k += L::width) {
       const R x = value[k];
       const BooleanOf<R> valid = is_valid(x);
-      // Samples outside the volume or the field's box count as background.
+      // Samples outside the volume or the field's box count as background. In the field, the change at a face of the
+      // box is linear over a voxel, so that the surface of an object that the face cuts has its place on the face.
       if (from_field) {
-        const R texel = ratio[k];
-        ratio[k] = choose(valid & is_valid(texel), evidence_of_field(texel), R(-1.0f));
+        const R texel = ratio[k],
+                depth = covered.depth(line.origin + (start + static_cast<float>(k) * step) * line.direction);
+        const R most = smaller(larger(2.0f * depth, R(-1.0f)), R(1.0f));
+        ratio[k] = choose(valid & is_valid(texel), smaller(evidence_of_field(texel), most),
+                          choose(depth < kFaceTolerance, most, R(-1.0f)));
       } else {
         ratio[k] = choose(valid, evidence_of(x), R(-1.0f));
       }
