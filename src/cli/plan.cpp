@@ -28,6 +28,13 @@ void plan(const PlanOptions& options, const Console& console) {
   print_plan(std::move(loaded), steps, options.json, console);
 }
 
+std::string fields_text(const RunEstimate& run) {
+  if (run.field_cells == 0) return "fields: none, no segmentation uses evidence from marks\n";
+  return "fields: " + counted(static_cast<std::int64_t>(run.field_cells), "cell") + ", " +
+         format_bytes(static_cast<double>(run.field_bytes_held)) + " of memory, and " +
+         format_bytes(static_cast<double>(run.field_bytes_solving)) + " while one is solved\n";
+}
+
 }  // namespace
 
 void print_plan(LoadedInput loaded, int steps, bool json, const Console& console) {
@@ -38,9 +45,15 @@ void print_plan(LoadedInput loaded, int steps, bool json, const Console& console
   const std::optional<CudaDevice> device = cuda_device();
   print_warnings(loaded.warnings, console);
   if (json) {
-    nlohmann::ordered_json text = {{"bytes_held", plan.bytes_allocated()}, {"process_bytes", run.process_bytes},
-                                   {"run_seconds", run.seconds},           {"run_steps", run.steps},
-                                   {"estimates", RunEstimate::kSource},    {"items", nlohmann::ordered_json::array()}};
+    nlohmann::ordered_json text = {{"bytes_held", plan.bytes_allocated()},
+                                   {"process_bytes", run.process_bytes},
+                                   {"run_seconds", run.seconds},
+                                   {"run_steps", run.steps},
+                                   {"field_cells", run.field_cells},
+                                   {"field_bytes_held", run.field_bytes_held},
+                                   {"field_bytes_solving", run.field_bytes_solving},
+                                   {"estimates", RunEstimate::kSource},
+                                   {"items", nlohmann::ordered_json::array()}};
     if (device) text["device"] = {{"name", device->name}, {"bytes_free", device->bytes_free}};
     for (const StepPlan::Item& item : plan.items) {
       text["items"].push_back({{"name", item.name},
@@ -59,9 +72,9 @@ void print_plan(LoadedInput loaded, int steps, bool json, const Console& console
   }
   print_table(console.out, rows, rows[0].size());
   console.out << "engine: " << format_bytes(static_cast<double>(plan.bytes_allocated())) << " of memory\n"
-              << "run: about " << format_bytes(static_cast<double>(run.process_bytes)) << " of memory and "
-              << fixed_or_dash(run.seconds, run.seconds < 10 ? 1 : 0) << " s for " << counted(run.steps, "step") << "; "
-              << RunEstimate::kSource << "\n";
+              << fields_text(run) << "run: about " << format_bytes(static_cast<double>(run.process_bytes))
+              << " of memory and " << fixed_or_dash(run.seconds, run.seconds < 10 ? 1 : 0) << " s for "
+              << counted(run.steps, "step") << "; " << RunEstimate::kSource << "\n";
   if (device)
     console.out << device->name << ": " << format_bytes(static_cast<double>(device->bytes_free)) << " free; the scene "
                 << (plan.bytes_allocated() <= device->bytes_free ? "fits" : "does not fit and runs on the CPU") << "\n";

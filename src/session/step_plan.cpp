@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "field/evidence_settings.h"
 #include "forces/region_model.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
@@ -28,7 +29,7 @@ class PlanBuilder {
                          k < finest.size() && finest[k] != 0});
       vertices_ += item.mesh.positions.size();
       if (!item.region.empty()) region_values_ += kRegionBins;
-      if (field) field_values_ += expected_field_voxels(item, volume);
+      if (field) field_values_ += expected_field_cells(item, volume);
     }
     for (const UserPoint& point : scene.points) points_ += point.kind == MarkKind::Boundary;
     needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
@@ -271,13 +272,13 @@ class PlanBuilder {
 
 }  // namespace
 
-std::size_t expected_field_voxels(const MeshItem& item, const Volume& volume) {
+std::size_t expected_field_cells(const MeshItem& item, const Volume& volume) {
   if (item.has_field()) return item.field->values.size();
   double values = 1;
   for (int a = 0; a < 3; ++a)
     values *=
         std::min<double>(volume.geometry().size[a], 20 + 4 * item.seed.radius_mm / volume.geometry().spacing_mm[a]);
-  return static_cast<std::size_t>(values);
+  return static_cast<std::size_t>(std::min(values, EvidenceSettings().max_cells));
 }
 
 std::size_t StepPlan::bytes_allocated() const {

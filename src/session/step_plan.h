@@ -28,9 +28,9 @@ struct StepPlan {
 };
 /// Plan of a scene that is not loaded yet, as if all fields were solved.
 StepPlan make_plan(const Scene& scene, const Volume& volume);
-/// Number of voxels of a mesh's field. Before the field is solved, those of a box of four seed radii plus 20 voxels
-/// along each axis, at most the volume.
-std::size_t expected_field_voxels(const MeshItem& item, const Volume& volume);
+/// Number of cells of a mesh's field. Before the field is solved, those of a box of four seed radii plus 20 voxels
+/// along each axis, at most the volume and EvidenceSettings::max_cells.
+std::size_t expected_field_cells(const MeshItem& item, const Volume& volume);
 /// Plan of a scene that an engine has loaded. `finest`: per mesh, whether it is on its finest level; `allocated`:
 /// arrays of the engine. The size of a multigrid hierarchy is estimated until the engine has allocated it. Downloads no
 /// pose.

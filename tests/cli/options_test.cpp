@@ -172,6 +172,13 @@ TEST_F(Options, PlanSkipsForcesWithoutWeight) {
   EXPECT_NE(with["items"], without["items"]);
   EXPECT_GT(with["bytes_held"], without["bytes_held"]);
   EXPECT_NE(plan({}).find("engine:"), std::string::npos);
+  EXPECT_GT(with["field_cells"], 0);
+  EXPECT_GT(with["field_bytes_solving"], with["field_bytes_held"]);
+  EXPECT_EQ(without["field_cells"], 0);
+  EXPECT_GE(with["process_bytes"], static_cast<std::size_t>(without["process_bytes"]) +
+                                       static_cast<std::size_t>(with["field_bytes_held"]) +
+                                       static_cast<std::size_t>(with["field_bytes_solving"]));
+  EXPECT_NE(plan({"--set", "forces.evidence.weight=0"}).find("fields: none"), std::string::npos);
 }
 
 TEST_F(Options, HelpAndVersion) {
