@@ -60,12 +60,12 @@ constexpr std::array kParts{
     Part{"geodesic", [](EvidenceSettings& s) { s.use_geodesic = false; }},
     Part{"random-walk", [](EvidenceSettings& s) { s.use_random_walk = false; }, "walk"},
     Part{"memory", [](EvidenceSettings& s) { s.memory = false; }},
-    Part{"far-memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
+    Part{"far-change", [](EvidenceSettings& s) { s.far_change = 0; }},
+    Part{"cut-sides", [](EvidenceSettings& s) { s.open_cut_sides = false; }},
     Part{"surface", [](EvidenceSettings& s) { s.band_half_width = 0; }},
     Part{"surface-offset", [](EvidenceSettings& s) { s.band_offset = 0; }, "lean"},
     Part{"surface-memory", [](EvidenceSettings& s) { s.temporal_weight = s.shift_weight = 0; }},
-    Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
 
 EvidenceSettings settings_without(const std::vector<std::string>& names) {
@@ -184,7 +184,10 @@ Json case_json(const Case& at) {
                       {"expected_dice", finite_or_null(at.field[c].expected_dice)},
                       {"field_dice", finite_or_null(at.field[c].dice)},
                       {"dice_with_field", finite_or_null(at.field[c].dice_with_result)},
-                      {"folded", at.field[c].folded}});
+                      {"folded", at.field[c].folded},
+                      {"depth_mm", click.reach.depth_mm},
+                      {"far_share", click.reach.far_share},
+                      {"farthest_mm", click.reach.farthest_mm}});
   }
   for (const double level : kLevels) {
     const std::optional<int> needed = clicks_to(at, level);
@@ -201,13 +204,17 @@ std::vector<std::pair<std::string, std::string>> definitions() {
   all.emplace_back("dice_with_field", "Dice of the object mask of the field with the result");
   all.emplace_back("expected_dice", "expected Dice of the object mask of the field, computed without the truth");
   all.emplace_back("folded", "vertices of the mesh whose normal is more than 90 degrees from that of a neighbour");
+  all.emplace_back("depth_mm", "distance from the click to the border of the error that it corrects");
+  all.emplace_back("far_share",
+                   "voxels changed by the click farther than three depths from it, per voxel of the truth");
+  all.emplace_back("farthest_mm", "distance from the click to the farthest voxel that it changed");
   return all;
 }
 
 std::string csv_text(const std::vector<Case>& cases) {
   std::string text =
       "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks,field_dice,dice_with_field,"
-      "folded,expected_dice\n";
+      "folded,expected_dice,depth_mm,far_share,farthest_mm\n";
   for (const Case& at : cases) {
     for (std::size_t c = 0; c < at.clicks.size(); ++c) {
       const RobotClick& click = at.clicks[c];
@@ -221,7 +228,10 @@ std::string csv_text(const std::vector<Case>& cases) {
         text.append(",").append(std::isfinite(x) ? fixed_or_dash(x, 4) : "");
       text.append(",").append(std::to_string(at.field[c].folded)).append(",");
       const double expected = at.field[c].expected_dice;
-      text.append(std::isfinite(expected) ? fixed_or_dash(expected, 4) : "").append("\n");
+      text.append(std::isfinite(expected) ? fixed_or_dash(expected, 4) : "");
+      text.append(",").append(fixed_or_dash(click.reach.depth_mm, 4));
+      text.append(",").append(fixed_or_dash(click.reach.far_share, 6));
+      text.append(",").append(fixed_or_dash(click.reach.farthest_mm, 4)).append("\n");
     }
   }
   for (const auto& [key, definition] : definitions())
@@ -367,8 +377,8 @@ void add_clicks(const Subcommand& app, Action& action) {
       .show_default();
   sub.add_option(
          "--without", options->without,
-         "Disable a part of the field: sharpness, prior, classifier, geodesic, random-walk, memory, far-memory, "
-         "open-sides, surface, surface-offset, surface-memory or brush; may be repeated; not with --robot none")
+         "Disable a part of the field: sharpness, prior, classifier, geodesic, random-walk, memory, open-sides, "
+         "far-change, cut-sides, surface, surface-offset or surface-memory; may be repeated; not with --robot none")
       .one_value_each();
   sub.add_option("--set", options->settings_of_mesh,
                  "Set a parameter of the mesh: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not with "

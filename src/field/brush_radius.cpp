@@ -3,44 +3,38 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/expect.h"
 
 namespace simplexseg {
 
-double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> object,
-                       std::span<const Constraint> constraints, MarkKind kind, const Eigen::Vector3d& position_mm,
-                       const EvidenceSettings& settings) {
-  SIMPLEXSEG_EXPECT(object.size() == box.voxel_count() && constraints.size() == box.voxel_count());
-  const double far_radius = least_brush_radius_mm(geometry, settings);
-  if (kind == MarkKind::Boundary) return far_radius;
-  const Eigen::Affine3d world = geometry.world_from_index();
-  const bool inside = kind == MarkKind::Inside;
-  double surface = std::numeric_limits<double>::infinity(), mark = surface;  // squared distances, mm^2
-  std::size_t v = 0;
-  for (int k = 0; k < box.size[2]; ++k) {
-    for (int j = 0; j < box.size[1]; ++j) {
-      for (int i = 0; i < box.size[0]; ++i, ++v) {
-        const bool other_side = (object[v] != 0) == inside;
-        const bool other_mark = inside ? is_dirichlet(constraints[v]) && constraints[v] != Constraint::Inside
-                                       : constraints[v] == Constraint::Inside;
-        if (!other_side && !other_mark) continue;
-        const Eigen::Vector3d at(i + box.first[0], j + box.first[1], k + box.first[2]);
-        const double d = (world * at - position_mm).squaredNorm();
-        if (other_side) surface = std::min(surface, d);
-        if (other_mark) mark = std::min(mark, d);
-      }
-    }
+double brush_radius_mm(const VolumeGeometry& cells, const VoxelBox& box, std::span<const std::uint8_t> object,
+                       MarkKind kind, const Eigen::Vector3d& position_mm, const EvidenceSettings& settings) {
+  SIMPLEXSEG_EXPECT(object.size() == box.voxel_count());
+  const double radius = far_brush_radius_mm(cells, settings);
+  if (kind == MarkKind::Boundary) return radius;
+  // Cells within `radius` of the place.
+  const Eigen::Affine3d world = cells.world_from_index(), index = world.inverse();
+  const Eigen::Vector3d centre = index * position_mm;
+  std::array<int, 3> first, last;
+  for (int a = 0; a < 3; ++a) {
+    const double reach = radius * index.linear().row(a).norm(), from = centre[a] - box.first[a];
+    first[a] = static_cast<int>(std::clamp(std::ceil(from - reach), 0.0, static_cast<double>(box.size[a])));
+    last[a] = static_cast<int>(std::clamp(std::floor(from + reach), -1.0, box.size[a] - 1.0));
   }
-  const double smallest = settings.smallest_brush * geometry.spacing_mm.minCoeff();
-  const double least = std::clamp(std::sqrt(surface), std::min(smallest, far_radius), far_radius);
-  const double radius = std::min(settings.brush * std::sqrt(surface), 0.5 * std::sqrt(mark));
-  return std::isfinite(radius) ? std::max(least, radius) : least;
+  double nearest = radius * radius;  // squared distance of the nearest cell on the other side of the surface, mm^2
+  for (int k = first[2]; k <= last[2]; ++k)
+    for (int j = first[1]; j <= last[1]; ++j)
+      for (int i = first[0]; i <= last[0]; ++i) {
+        if ((object[box.offset(i, j, k)] != 0) != (kind == MarkKind::Inside)) continue;
+        const Eigen::Vector3d at(i + box.first[0], j + box.first[1], k + box.first[2]);
+        nearest = std::min(nearest, (world * at - position_mm).squaredNorm());
+      }
+  return std::max(std::sqrt(nearest), std::min(settings.smallest_brush * cells.spacing_mm.minCoeff(), radius));
 }
 
-double least_brush_radius_mm(const VolumeGeometry& geometry, const EvidenceSettings& settings) {
-  return settings.least_brush * geometry.spacing_mm.minCoeff();
+double far_brush_radius_mm(const VolumeGeometry& geometry, const EvidenceSettings& settings) {
+  return settings.brush * geometry.spacing_mm.minCoeff();
 }
 
 }  // namespace simplexseg

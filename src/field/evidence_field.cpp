@@ -11,6 +11,7 @@
 #include "core/expect.h"
 #include "field/brush_radius.h"
 #include "field/evidence_box.h"
+#include "field/open_sides.h"
 #include "field/seed_scale.h"
 
 namespace simplexseg {
@@ -23,6 +24,7 @@ constexpr double kLeastFill = 0.2;            // share of a spreading object in 
 constexpr int kMostCutSides = 3;              // sides by which a corner of a box cuts an object
 constexpr double kHalfOffsetCorrections = 4;  // equal corrections with half of the largest offset
 constexpr double kHalfWeightMarks = 10;       // marks with half of the largest temporal weight
+constexpr double kMissedShare = 0.51;         // of 1 - expected Dice of independent cells (Report::expected_dice)
 
 /// Returns true when the object spreads: it is near a side of the box beyond which the volume continues, or near more
 /// of the volume's own sides than an object in a corner of the volume. `near_mm`: largest distance from a side.
@@ -83,11 +85,14 @@ void EvidenceField::set_marks(std::span<const Mark> marks) {
       std::mismatch(marks_.begin(), marks_.end(), marks.begin(), marks.end()).first - marks_.begin());
   if (same == marks_.size() && marks.size() > same) {
     solver_->store_previous();
+    previous_open_sides_ = open_sides_;
     first_new_mark_ = same;
   } else if (same < first_new_mark_) {
     solver_->discard_previous();
+    previous_open_sides_ = {};
     first_new_mark_ = same;
   }
+  open_sides_ = previous_open_sides_;
   std::vector<Correction> corrections;
   for (const Mark& mark : marks) {
     const auto old = std::find(marks_.begin(), marks_.end(), mark);
@@ -224,6 +229,18 @@ bool EvidenceField::spreads(const VoxelBox& grown) const {
   return border_share_ >= kLeakShare || moved > kMostCutSides;
 }
 
+bool EvidenceField::open_cut_sides() {
+  if (report_.stopped || !settings_.open_cut_sides || !is_near_closed_side(cells_, box_, bounds_, open_sides_))
+    return false;
+  const BoxSides cut =
+      cut_sides(cells_, box_, object_in_box().voxels, solver_->smoothed_image(), solver_->constraints(), open_sides_);
+  for (int a = 0; a < 3; ++a) {
+    open_sides_.first[a] |= cut.first[a];
+    open_sides_.last[a] |= cut.last[a];
+  }
+  return cut.any();
+}
+
 void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> others, const ReportProgress& report,
                            const std::function<void()>& box_solved) {
   check(marks);
@@ -243,7 +260,7 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
     progress.begin_pass(!(settings_.tolerance < tolerance));
     solver_->set_box(cell_, box_, scale_mm_);
     find_corrections();
-    solver_->set_constraints(marks_, others);
+    solver_->set_constraints(marks_, others, open_sides_);
     progress.advance(FieldPhase::Constraints);
     report_.beta = solver_->compute_prior(marks_, new_mark_balls(), scale_mm_, largest_.radius_mm);
     progress.advance(FieldPhase::Features);
@@ -272,7 +289,7 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   };
   do {
     do solve_in_box();
-    while (grows());
+    while (grows() || open_cut_sides());
     if (settings_.tolerance < tolerance) {
       progress.begin_pass(true);
       record(solver_->solve(settings_.tolerance, true));
@@ -281,9 +298,15 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   } while (grows());
   const FieldSolver::RefinedSurface refined = solver_->refine_surface(band_terms());
   progress.advance(FieldPhase::Surface);
-  report_.expected_dice = refined.expected_dice;
-  bounds_ = refined.found.bounds;
-  report_.leaks = report_.stopped || (bounds_.voxel_count() > 0 && refined.found.border_share >= kLeakShare &&
+  report_.expected_dice = refined.expected_dice > 0 ? 1 - kMissedShare * (1 - refined.expected_dice) : 0;
+  report_.open_sides = open_sides_;
+  FieldSolver::Solved found = refined.found;
+  if (!previous_sides_.empty() && settings_.memory && settings_.far_change > 0) {
+    const double part = static_cast<double>(marks_.size()) / settings_.far_change;
+    found = solver_->damp_far_change(new_mark_balls(), settings_.far_change_depths, 1 / (1 + part * part));
+  }
+  bounds_ = found.bounds;
+  report_.leaks = report_.stopped || (bounds_.voxel_count() > 0 && found.border_share >= kLeakShare &&
                                       reaches_sides(bounds_, box_, cells_, kNearSide * cells_.spacing_mm.minCoeff()));
 }
 
@@ -300,7 +323,7 @@ Mask EvidenceField::object() const {
 }
 
 double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const {
-  return brush_radius_mm(cells_, box(), object_in_box().voxels, solver_->constraints(), kind, position_mm, settings_);
+  return brush_radius_mm(cells_, box(), object_in_box().voxels, kind, position_mm, settings_);
 }
 
 std::size_t EvidenceField::bytes() const { return solver_->bytes(); }

@@ -26,15 +26,14 @@ struct EvidenceSettings {
   double length_cost = 0.02;         ///< cost of a length of one block in geodesic distances of intensity changes
   double outside_marks_share = 0.5;  ///< least share of outside marks in the outside samples of the classifier;
                                      ///< the others are cells of the sides of the box
-  bool memory = true;       ///< whether the previous field is used; else all marks are used as in a first update
-  double far_memory = 0.5;  ///< share of the previous field far from new marks
-  double far_depths = 1;    ///< distance at which that share begins, depths of the mark; complete at twice the distance
+  bool memory = true;     ///< whether the previous field is used; else all marks are used as in a first update
+  double far_change = 4;  ///< number of marks with which half of a change far from new marks remains; 0: all of it
+  double far_change_depths = 3;         ///< distance at which half of that reduction applies, depths of the mark
   bool expected_dice_threshold = true;  ///< whether the prior is scaled to its threshold for the largest expected Dice
   double open_side = 0.2;               ///< appearance score above which sides of the box are not constrained
 
   // ---- Marks
-  double brush = 0.3;           ///< radius of the mark of a click, share of the distance to the surface
-  double least_brush = 1.8;     ///< least radius, voxels
+  double brush = 1.8;           ///< radius of the mark of a click, voxels
   double smallest_brush = 1.0;  ///< least radius near the surface, where it is bounded by the distance, voxels
 
   // ---- Box: margin around the marks, the larger of a share of their extent and of a number of voxels
@@ -43,7 +42,8 @@ struct EvidenceSettings {
   /// Largest volume of an object that fills or nears the sides of the box, in balls of the object scale; growth then
   /// stops. Of 97 reference objects (docs/results/clinical-size.md), 85% have less than 12.
   double max_volume = 16;
-  double max_cells = 2.2e6;  ///< largest number of cells of a box; larger boxes have larger cells
+  bool open_cut_sides = true;  ///< whether sides of the volume that cut the object have no constraint
+  double max_cells = 2.2e6;    ///< largest number of cells of a box; larger boxes have larger cells
 
   // ---- Narrow band: the surface is moved by local distributions of the intensity (refine_in_narrow_band())
   double band_half_width = 2;  ///< voxels; 0: no narrow band

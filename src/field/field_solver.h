@@ -63,8 +63,9 @@ class FieldSolver {
   };
   virtual std::vector<PreviousSide> previous_sides(std::span<const Eigen::Vector3d> places_mm) const = 0;
 
-  /// Sets the constraint mask from the marks and from inside marks of other objects.
-  virtual void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) = 0;
+  /// Sets the constraint mask from the marks and from inside marks of other objects. `open`: sides of the volume
+  /// without constraint.
+  virtual void set_constraints(std::span<const Mark> marks, std::span<const Mark> others, const BoxSides& open) = 0;
   /// Computes the prior from the constraints and the marks; returns the sharpness beta of the conductances.
   /// `new_balls`: balls of the marks that the previous field does not contain. `scale_mm`: object scale; `radius_mm`:
   /// radius of the largest inside mark.
@@ -82,15 +83,20 @@ class FieldSolver {
   virtual Solved solve(double tolerance, bool resume) = 0;
   struct RefinedSurface {
     Solved found;
-    double expected_dice = 0;  ///< EvidenceField::Report, of the field before the refinement
+    double expected_dice = 0;  ///< of the field before the refinement, if its cells are independent; 0: no object
   };
   /// Runs refine_in_narrow_band() and computes the object mask.
   virtual RefinedSurface refine_surface(const BandTerms& terms) = 0;
+  /// Reduces the change since the previous field to `share` of it far from all new marks (DampFarChange), and finds the
+  /// object again. `far_depths`: distance at which half of the reduction applies, depths of the mark. There must be a
+  /// previous field.
+  virtual Solved damp_far_change(std::span<const NewMarkBall> new_balls, double far_depths, double share) = 0;
 
   // Present field, object mask and constraints, a value for each cell; valid until the next change.
   virtual std::span<const float> probability() const = 0;
   virtual const FieldObject& object() const = 0;
   virtual std::span<const Constraint> constraints() const = 0;
+  virtual std::span<const float> smoothed_image() const = 0;
   /// field_values() of the field and its object.
   virtual std::vector<std::uint16_t> values(const FieldValue& value) const = 0;
   /// Whether the next updates record the features of the prior (EvidenceField::record_features()).

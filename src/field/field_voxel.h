@@ -10,6 +10,7 @@ namespace simplexseg {
 
 /// Foreground probability as stored for the previous field: 1..255 for 0..1; 0 is unknown.
 SIMPLEXSEG_HD std::uint8_t to_8_bits(float probability) { return static_cast<std::uint8_t>(1.5f + 254 * probability); }
+SIMPLEXSEG_HD float from_8_bits(std::uint8_t stored) { return static_cast<float>(stored - 1) * (1.0f / 254); }
 
 /// Solution as stored between updates, the start of the next one: 0..65535 for 0..1.
 SIMPLEXSEG_HD std::uint16_t to_16_bits(float probability) {

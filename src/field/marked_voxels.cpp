@@ -67,10 +67,14 @@ VoxelBox box_around_inside(std::span<const PaintedBall> balls) {
   return box;
 }
 
-BoxBoundary::BoxBoundary(const VoxelBox& box, const std::array<int, 3>& volume_size) : size(box.size) {
+BoxBoundary::BoxBoundary(const VoxelBox& box, const std::array<int, 3>& volume_size, const BoxSides& open)
+    : size(box.size) {
+  const auto constraint = [](bool of_volume, bool is_open) {
+    return !of_volume ? Constraint::FarBorder : is_open ? Constraint::None : Constraint::VolumeEdge;
+  };
   for (int a = 0; a < 3; ++a) {
-    volume_first[a] = box.first[a] == 0;
-    volume_last[a] = box.first[a] + box.size[a] == volume_size[a];
+    first[a] = constraint(box.first[a] == 0, open.first[a]);
+    last[a] = constraint(box.first[a] + box.size[a] == volume_size[a], open.last[a]);
   }
 }
 

@@ -19,7 +19,7 @@ enum class Constraint : std::uint8_t {
   Inside,
   Outside,
   FarBorder,    ///< side of the box beyond which the volume continues: outside
-  VolumeEdge,   ///< side of the box that is a side of the volume: outside for the solver; an object may be cut there
+  VolumeEdge,   ///< side of the box that is a side of the volume and not open (cut_sides()): outside for the solver
   OtherObject,  ///< in an inside mark of another object: outside for the solver, without effect on the prior
   NotFinite,    ///< image not finite: no conductance, outside
 };
@@ -74,21 +74,29 @@ std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const Vox
 /// Bounding box of all inside balls, with indices in the box of the balls.
 VoxelBox box_around_inside(std::span<const PaintedBall> balls);
 
+/// Some of the six sides of a box: the first and the last one along each axis.
+struct BoxSides {
+  std::array<bool, 3> first{}, last{};
+  bool operator==(const BoxSides&) const = default;
+  bool any() const { return *this != BoxSides{}; }
+};
+
 /// Constraint of a voxel by its position in the box: FarBorder, VolumeEdge or None.
 struct BoxBoundary {
-  std::array<int, 3> size;  ///< of the box
-  std::array<bool, 3> volume_first,
-      volume_last;  ///< whether the first and last side of the box are sides of the volume
-  BoxBoundary(const VoxelBox& box, const std::array<int, 3>& volume_size);
+  std::array<int, 3> size;                ///< of the box
+  std::array<Constraint, 3> first, last;  ///< of the voxels of each side
+  /// `open`: sides of the volume through which the object continues; they have no constraint.
+  BoxBoundary(const VoxelBox& box, const std::array<int, 3>& volume_size, const BoxSides& open = {});
 
   SIMPLEXSEG_HD Constraint operator()(int i, int j, int k) const {
     const int at[3]{i, j, k};
     bool far = false, edge = false;
     for (int a = 0; a < 3; ++a) {
       if (size[a] < 3) continue;  // else all cells of one or two slices would be constraints
-      const bool first = at[a] == 0, last = at[a] == size[a] - 1;
-      far |= (first && !volume_first[a]) || (last && !volume_last[a]);
-      edge |= (first && volume_first[a]) || (last && volume_last[a]);
+      const Constraint low = at[a] == 0 ? first[a] : Constraint::None,
+                       high = at[a] == size[a] - 1 ? last[a] : Constraint::None;
+      far |= low == Constraint::FarBorder || high == Constraint::FarBorder;
+      edge |= low == Constraint::VolumeEdge || high == Constraint::VolumeEdge;
     }
     return far ? Constraint::FarBorder : edge ? Constraint::VolumeEdge : Constraint::None;
   }

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/error.h"
 #include "image/distance_map.h"
@@ -130,10 +132,31 @@ Mask largest_part(const Mask& mask) {
   return part;
 }
 
+ClickReach reach_of_click(const Mask& before, const Mask& after, const std::array<int, 3>& voxel, double depth_mm,
+                          std::size_t truth_voxels) {
+  const VolumeGeometry& g = after.geometry;
+  if (!g.same_grid(before.geometry))
+    throw Error("the robot cannot compare", "two results have different grids", "resample one onto the other");
+  const Eigen::Matrix3d mm = g.world_from_index().linear();
+  const double far_square = kFarDepths * kFarDepths * depth_mm * depth_mm;
+  double farthest_square = 0;
+  std::size_t far = 0, v = 0;
+  for (int k = 0; k < g.size[2]; ++k)
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i, ++v) {
+        if ((before.voxels[v] != 0) == (after.voxels[v] != 0)) continue;
+        const double square = (mm * Eigen::Vector3d(i - voxel[0], j - voxel[1], k - voxel[2])).squaredNorm();
+        farthest_square = std::max(farthest_square, square);
+        if (square > far_square) ++far;
+      }
+  return {depth_mm, static_cast<double>(far) / static_cast<double>(truth_voxels), std::sqrt(farthest_square)};
+}
+
 std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, const RobotSettings& settings,
                                   const std::function<void(int, const Mask&)>& after_click) {
   const Mask part = largest_part(truth);
   const std::optional<WorstError> deepest = deepest_voxel(part);
+  const auto truth_voxels = static_cast<std::size_t>(std::ranges::count(part.voxels, std::uint8_t{1}));
   if (!deepest) throw Error("the robot has no reference", "no voxel has the label", "give a label that occurs");
   const Eigen::Affine3d world = truth.geometry.world_from_index();
   const auto place = [&](const std::array<int, 3>& voxel) -> Eigen::Vector3d {
@@ -147,19 +170,23 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
        settings.seed_scale * radius_mm,
        {0, 0, 0}}};
   std::vector<RobotClick> clicks;
+  std::optional<WorstError> error;  // corrected by the last mark
+  Mask before;
   for (int click = 0;; ++click) {
     const auto start = std::chrono::steady_clock::now();
-    const Mask now = subject.segment(marks);
+    Mask now = subject.segment(marks);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    clicks.push_back({marks.back(), compare(part, now), seconds});
+    clicks.push_back({marks.back(), compare(part, now), seconds, {}});
+    if (error) clicks.back().reach = reach_of_click(before, now, error->voxel, error->depth_mm, truth_voxels);
     after_click(click, now);
     if (click == settings.most_clicks) break;
-    const std::optional<WorstError> error = worst_error(part, now);
+    error = worst_error(part, now);
     if (!error) break;
     const Eigen::Vector3d at = place(error->voxel);
+    before = std::move(now);
     RobotClickKind kind_of_click = settings.click_kind;
     Eigen::Vector3d surface = at;  // nearest point of the surface
-    if (kind_of_click != RobotClickKind::Marks) surface = boundary_near(now, at);
+    if (kind_of_click != RobotClickKind::Marks) surface = boundary_near(before, at);
     if (kind_of_click == RobotClickKind::Mixed) {
       const double near_mm = kNearVoxels * truth.geometry.spacing_mm.minCoeff();
       const double distance_mm = (surface - at).norm();  // 0 without a surface

@@ -55,11 +55,24 @@ struct RobotSettings {
   RobotClickKind click_kind = RobotClickKind::Marks;
 };
 
+/// Extent of the changes by a click. All 0 for the seed.
+struct ClickReach {
+  double depth_mm = 0;     ///< distance from the click to the border of the error that it corrects (WorstError)
+  double far_share = 0;    ///< changed voxels farther than kFarDepths depths from the click, per voxel of the reference
+  double farthest_mm = 0;  ///< distance from the click to the farthest changed voxel
+};
+inline constexpr double kFarDepths = 3;
+/// Compares the object masks before and after a click at `voxel` in an error of this depth. `truth_voxels`: number of
+/// voxels of the reference. Throws Error if their grids differ.
+ClickReach reach_of_click(const Mask& before, const Mask& after, const std::array<int, 3>& voxel, double depth_mm,
+                          std::size_t truth_voxels);
+
 /// State after a mark; the first is the seed.
 struct RobotClick {
   Mark mark;
   Agreement agreement;
   double seconds;  ///< time of RobotSubject::segment()
+  ClickReach reach;
 };
 
 /// Runs the protocol. The seed is a ball at the deepest voxel of the largest component of the reference, its radius is

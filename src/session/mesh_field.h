@@ -24,10 +24,10 @@ struct MeshField {
 
   /// Whether it was solved in a box that may still grow, and another field of the same update follows.
   bool is_preliminary() const { return marks.empty(); }
-  /// Whether the segmentation is probably wrong: the expected Dice coefficient is below 0.35, for example because the
+  /// Whether the segmentation is probably wrong: the expected Dice coefficient is below 0.67, for example because the
   /// seed lies in no object. Measured: true for none of 51 seeds in objects and for all four seeds in bowel
   /// (docs/results/archive/evidence-2026-11-23.md).
-  bool probably_wrong() const { return expected_dice < 0.35f; }
+  bool probably_wrong() const { return expected_dice < 0.67f; }
   /// Whether the user must be warned about the field.
   bool needs_warning() const { return leaks || probably_wrong() || !problem.empty(); }
 

@@ -15,7 +15,7 @@ namespace simplexseg {
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume) {
   std::vector<Mark> marks{{MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm}};
   // Smallest radius of a boundary mark, and radius of the other marks whose points have none.
-  const double min_radius_mm = least_brush_radius_mm(volume.geometry());
+  const double min_radius_mm = far_brush_radius_mm(volume.geometry());
   for (const UserPoint& point : scene.points) {
     if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
     if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
@@ -76,11 +76,10 @@ bool is_update_due(const Scene& scene, const MeshItem& item, const Volume& volum
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,
                       const EvidenceSettings& fields) {
   const VolumeGeometry& geometry = volume.geometry();
-  if (!item.has_field()) return least_brush_radius_mm(geometry);
+  if (!item.has_field()) return far_brush_radius_mm(geometry);
   const MeshField& field = *item.field;
   const VolumeGeometry cells = cell_geometry(geometry, field.cell);
-  const std::vector<Constraint> constraints = constraint_mask(cells, field.box, {}, field.marks, {});
-  return brush_radius_mm(cells, field.box, field.object_cells(), constraints, kind, position_mm, fields);
+  return brush_radius_mm(cells, field.box, field.object_cells(), kind, position_mm, fields);
 }
 
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume) {

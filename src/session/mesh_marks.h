@@ -31,7 +31,7 @@ CancelledUpdate cancelled_update(const Scene& scene, const MeshItem& item, const
 bool is_update_cancelled(const Scene& scene, const MeshItem& item, const Volume& volume);
 /// Whether the field must be solved: it is stale, and its update was not cancelled.
 bool is_update_due(const Scene& scene, const MeshItem& item, const Volume& volume);
-/// Radius in mm of the ball of a new point: brush_radius_mm() in the field of the mesh, least_brush_radius_mm() without
+/// Radius in mm of the ball of a new point: brush_radius_mm() in the field of the mesh, far_brush_radius_mm() without
 /// a field. `fields`: settings of the fields.
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,
                       const EvidenceSettings& fields = {});

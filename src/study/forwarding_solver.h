@@ -26,8 +26,8 @@ class ForwardingSolver : public FieldSolver {
   std::vector<PreviousSide> previous_sides(std::span<const Eigen::Vector3d> places_mm) const override {
     return inner_->previous_sides(places_mm);
   }
-  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
-    inner_->set_constraints(marks, others);
+  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others, const BoxSides& open) override {
+    inner_->set_constraints(marks, others, open);
   }
   double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
                        double radius_mm) override {
@@ -35,9 +35,13 @@ class ForwardingSolver : public FieldSolver {
   }
   Solved solve(double tolerance, bool resume) override { return inner_->solve(tolerance, resume); }
   RefinedSurface refine_surface(const BandTerms& terms) override { return inner_->refine_surface(terms); }
+  Solved damp_far_change(std::span<const NewMarkBall> new_balls, double far_depths, double share) override {
+    return inner_->damp_far_change(new_balls, far_depths, share);
+  }
   std::span<const float> probability() const override { return inner_->probability(); }
   const FieldObject& object() const override { return inner_->object(); }
   std::span<const Constraint> constraints() const override { return inner_->constraints(); }
+  std::span<const float> smoothed_image() const override { return inner_->smoothed_image(); }
   std::vector<std::uint16_t> values(const FieldValue& value) const override { return inner_->values(value); }
   void record_features(bool record) override { inner_->record_features(record); }
   const PriorFeatures& features() const override { return inner_->features(); }

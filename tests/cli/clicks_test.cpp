@@ -41,11 +41,17 @@ TEST_F(Clicks, WriteEveryClickOfEveryLabel) {
     EXPECT_TRUE(at["clicks_to"]["0.80"].is_number());
     EXPECT_LT(at["clicks"].back()["hd95_mm"].get<double>(), 3);
     EXPECT_LT(at["clicks"].back()["assd_mm"].get<double>(), 1.5);
+    for (std::size_t c = 1; c < at["clicks"].size(); ++c) {
+      EXPECT_GE(at["clicks"][c]["depth_mm"].get<double>(), 1) << "at least one voxel is wrong";
+      EXPECT_GT(at["clicks"][c]["farthest_mm"].get<double>(), 0);
+      EXPECT_LT(at["clicks"][c]["far_share"].get<double>(), 1);
+    }
   }
   const std::string csv = text_of("a.csv");
   const nlohmann::json& definitions = json["metric_definitions"];
   EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')), lines + definitions.size());
-  for (const char* key : {"dice", "hd95_mm", "assd_mm", "field_dice", "dice_with_field", "expected_dice", "folded"}) {
+  for (const char* key : {"dice", "hd95_mm", "assd_mm", "field_dice", "dice_with_field", "expected_dice", "folded",
+                          "depth_mm", "far_share", "farthest_mm"}) {
     ASSERT_TRUE(definitions.contains(key)) << key;
     EXPECT_NE(csv.find(std::string("# ") + key + ": " + definitions[key].get<std::string>() + "\n"), std::string::npos);
   }

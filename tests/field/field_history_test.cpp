@@ -33,15 +33,15 @@ TEST(EvidenceField, FreshMarksChangeNearVoxelsMoreThanFarOnes) {
   };
   EvidenceSettings usual;
   usual.band_half_width = 0;  // which each mark changes as a whole
-  EvidenceSettings forgets = usual, far_forgets = usual, far_holds = usual;
+  EvidenceSettings forgets = usual, far_changes = usual, far_holds = usual;
   forgets.memory = false;
-  far_forgets.far_memory = 0;
-  far_holds.far_memory = 1;
+  far_changes.far_change = 0;
+  far_holds.far_change = 0.1;
   const int near = change(usual, -15), far = change(usual, 5);  // the far part has three times as many voxels
   EXPECT_GT(near, 50);
   EXPECT_LT(far, near / 2);
   EXPECT_NE(change(forgets, -15), near);
-  EXPECT_LT(change(far_holds, 5), change(far_forgets, 5));
+  EXPECT_LT(change(far_holds, 5), change(far_changes, 5));
 }
 
 /// Clicks that all enlarge the object move its whole surface outwards, clicks that all shrink it inwards. Clicks that

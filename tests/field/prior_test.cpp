@@ -196,7 +196,7 @@ TEST(Prior, IsTheOutputOfTheNetworksForTheRecordedFeatures) {
         const std::vector<std::uint8_t> same_side = outputs(learned_networks().update, found.update);
         for (std::size_t v = 0; v < expected.size(); ++v)
           if (!reference.is_between_new(static_cast<int>(v))) {
-            ASSERT_NEAR(voxels[v], reference.remembered(static_cast<int>(v), same_side[v]), 1.6)
+            ASSERT_NEAR(voxels[v], reference.prior_of(static_cast<int>(v), same_side[v]), 1.6)
                 << named.name << ' ' << v;
           }
         continue;

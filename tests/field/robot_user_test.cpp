@@ -55,6 +55,22 @@ TEST(RobotUser, SeparatesPartsThatShareNoFace) {
   EXPECT_EQ(std::count(part.voxels.begin(), part.voxels.end(), 1), 64);
 }
 
+TEST(RobotUser, ReachOfAClickCountsChangesFartherThanThreeDepths) {
+  Mask before = empty({30, 10, 10}, {1, 1, 4}), after = before;
+  fill(before, {2, 2, 2}, {4, 4, 4});  // stays
+  fill(after, {2, 2, 2}, {4, 4, 4});
+  fill(after, {10, 5, 5}, {16, 5, 5});   // the click is at the first of these, and three depths are 6 mm
+  fill(before, {10, 5, 7}, {10, 5, 7});  // removed, 8 mm away
+  const ClickReach reach = reach_of_click(before, after, {10, 5, 5}, 2, 50);
+  EXPECT_EQ(reach.depth_mm, 2);
+  EXPECT_DOUBLE_EQ(reach.far_share, 1.0 / 50) << "what is exactly three depths away is near";
+  EXPECT_DOUBLE_EQ(reach.farthest_mm, 8);
+  const ClickReach near = reach_of_click(before, after, {10, 5, 5}, 2.7, 50);
+  EXPECT_EQ(near.far_share, 0);
+  EXPECT_EQ(reach_of_click(after, after, {10, 5, 5}, 2, 50).farthest_mm, 0);
+  EXPECT_THROW(reach_of_click(empty({5, 5, 5}), after, {1, 1, 1}, 2, 50), Error);
+}
+
 /// Segments exactly the marked balls.
 class MarkedBalls : public RobotSubject {
  public:
@@ -90,7 +106,12 @@ TEST(RobotUser, FollowsTheProtocol) {
     EXPECT_EQ(subject.received[c].size(), c + 1);
     EXPECT_EQ(clicks[c].mark.radius_mm, 2.5);
     EXPECT_GT(clicks[c].agreement.dice, clicks[c - 1].agreement.dice);
+    EXPECT_GE(clicks[c].reach.depth_mm, 1);
+    EXPECT_GE(clicks[c].reach.farthest_mm, 2) << "a ball of 2.5 voxels was added";
+    EXPECT_LE(clicks[c].reach.farthest_mm, 2.5);
+    EXPECT_EQ(clicks[c].reach.far_share, 0);
   }
+  EXPECT_EQ(clicks[0].reach.depth_mm, 0) << "the seed corrects nothing";
   const RobotClick small = run_robot(truth, subject, {0, 0.5, 0.25}, [](int, const Mask&) {}).front();
   EXPECT_NEAR(small.mark.radius_mm, 3.5, 0.01);
   EXPECT_NEAR((small.mark.position_mm - Eigen::Vector3d(14, 14, 14)).norm(), 1.75, 0.01);

@@ -29,9 +29,9 @@ class Device final : public FieldSolver {
   std::vector<PreviousSide> previous_sides(std::span<const Eigen::Vector3d> places_mm) const override {
     return field_->previous_sides(places_mm);
   }
-  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
+  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others, const BoxSides& open) override {
     if (++state_.updates >= state_.fails_at) throw DeviceError("CUDA: a test", "it was unplugged", "plug it in");
-    field_->set_constraints(marks, others);
+    field_->set_constraints(marks, others, open);
   }
   double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
                        double radius_mm) override {
@@ -39,9 +39,13 @@ class Device final : public FieldSolver {
   }
   Solved solve(double tolerance, bool further) override { return field_->solve(tolerance, further); }
   RefinedSurface refine_surface(const BandTerms& terms) override { return field_->refine_surface(terms); }
+  Solved damp_far_change(std::span<const NewMarkBall> new_balls, double far_depths, double share) override {
+    return field_->damp_far_change(new_balls, far_depths, share);
+  }
   std::span<const float> probability() const override { return field_->probability(); }
   const FieldObject& object() const override { return field_->object(); }
   std::span<const Constraint> constraints() const override { return field_->constraints(); }
+  std::span<const float> smoothed_image() const override { return field_->smoothed_image(); }
   std::vector<std::uint16_t> values(const FieldValue& value) const override { return field_->values(value); }
   void record_features(bool record) override { field_->record_features(record); }
   const PriorFeatures& features() const override { return field_->features(); }

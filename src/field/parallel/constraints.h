@@ -48,10 +48,11 @@ class ConstraintMask {
   explicit ConstraintMask(const Executor& executor) : executor_(executor) {}
 
   void find(const VolumeGeometry& geometry, const VoxelBox& box, const std::uint8_t* finite,
-            std::span<const Mark> marks, std::span<const Mark> others, Constraint* constraints) {
+            std::span<const Mark> marks, std::span<const Mark> others, Constraint* constraints,
+            const BoxSides& open = {}) {
     const BoxGrid grid{box.size};
-    executor_.each_cell(grid, ConstraintOfVoxel{BoxBoundary(box, geometry.size), upload(geometry, box, marks, others),
-                                                finite, constraints});
+    executor_.each_cell(grid, ConstraintOfVoxel{BoxBoundary(box, geometry.size, open),
+                                                upload(geometry, box, marks, others), finite, constraints});
   }
   /// Uploads the balls of the marks, for kernels that apply them to other constraints.
   PaintedBalls upload(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,

@@ -12,6 +12,7 @@
 #include "field/field_voxel.h"
 #include "field/parallel/constraints.h"
 #include "field/parallel/executor.h"
+#include "field/parallel/far_change.h"
 #include "field/parallel/field_values.h"
 #include "field/parallel/inner_difference.h"
 #include "field/parallel/object.h"
@@ -137,8 +138,8 @@ class ParallelFieldSolver final : public FieldSolver {
     return simplexseg::previous_sides(executor_, cells_, box_, previous_.data(), places_mm);
   }
 
-  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
-    constraint_mask_.find(cells_, box_, finite_.data(), marks, others, constraints_.data());
+  void set_constraints(std::span<const Mark> marks, std::span<const Mark> others, const BoxSides& open) override {
+    constraint_mask_.find(cells_, box_, finite_.data(), marks, others, constraints_.data(), open);
     host_constraints_.clear();
   }
 
@@ -189,6 +190,23 @@ class ParallelFieldSolver final : public FieldSolver {
     return {found, end_expected_dice(executor_, expected)};
   }
 
+  Solved damp_far_change(std::span<const NewMarkBall> new_balls, double far_depths, double share) override {
+    const auto marks = executor_.copy_of(std::span<const NewMarkDepth>(depths_of(new_balls, cells_, box_)));
+    executor_.each_cell(BoxGrid{box_.size},
+                        DampFarChange{marks.data(),
+                                      static_cast<int>(new_balls.size()),
+                                      {static_cast<float>(spacing_mm_[0]), static_cast<float>(spacing_mm_[1]),
+                                       static_cast<float>(spacing_mm_[2])},
+                                      static_cast<float>(far_depths),
+                                      static_cast<float>(share),
+                                      previous_.data(),
+                                      constraints_.data(),
+                                      probability_.data()});
+    const Solved found = find_object();
+    object_finder_.reset();
+    return found;
+  }
+
   std::span<const float> probability() const override {
     if constexpr (Executor::kHostMemory) return {probability_.data(), probability_.size()};
     if (host_probability_.empty()) copy_to_host(probability_, host_probability_);
@@ -208,6 +226,11 @@ class ParallelFieldSolver final : public FieldSolver {
     if (host_constraints_.empty()) copy_to_host(constraints_, host_constraints_);
     return host_constraints_;
   }
+  std::span<const float> smoothed_image() const override {
+    if constexpr (Executor::kHostMemory) return {smoothed_.data(), smoothed_.size()};
+    if (host_smoothed_.empty()) copy_to_host(smoothed_, host_smoothed_);
+    return host_smoothed_;
+  }
   std::vector<std::uint16_t> values(const FieldValue& value) const override {
     if (!are_orthogonal(cells_.world_from_index().linear()))
       return field_values(object().voxels, probability(), box_, cells_, value, run_);
@@ -225,8 +248,9 @@ class ParallelFieldSolver final : public FieldSolver {
     return finite_.bytes() + image_.bytes() + smoothed_.bytes() + previous_.bytes() + constraints_.bytes() +
            solution_.bytes() + target_.bytes() + fixed_.bytes() + probability_.bytes() + object_voxels_.bytes() +
            prior_.bytes() + (walker_ ? walker_->bytes() + smoothing_->bytes() : 0) +
-           (object_finder_ ? object_finder_->bytes() : 0) + host_probability_.size() * sizeof(float) +
-           host_object_.voxels.size() + host_constraints_.size();
+           (object_finder_ ? object_finder_->bytes() : 0) +
+           (host_probability_.size() + host_smoothed_.size()) * sizeof(float) + host_object_.voxels.size() +
+           host_constraints_.size();
   }
 
  private:
@@ -267,6 +291,7 @@ class ParallelFieldSolver final : public FieldSolver {
     executor_.download(from.data(), std::span<T>(to));
   }
   void forget_copies() {
+    host_smoothed_.clear();
     host_probability_.clear();
     host_object_.voxels.clear();
     host_constraints_.clear();
@@ -304,7 +329,7 @@ class ParallelFieldSolver final : public FieldSolver {
   VoxelBox bounds_{};
   std::size_t object_count_ = 0;
   double border_share_ = 0;
-  mutable std::vector<float> host_probability_;
+  mutable std::vector<float> host_probability_, host_smoothed_;
   mutable FieldObject host_object_;
   mutable std::vector<Constraint> host_constraints_;
 };

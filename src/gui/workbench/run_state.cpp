@@ -124,8 +124,7 @@ QString advice_of(const Workbench& workbench, std::size_t mesh) {
   const QString faults = faults_of(workbench, mesh);
   if (faults.isEmpty() && (!item.field || item.field->expected_dice >= 1)) return {};
   if (faults.isEmpty())
-    return state_text("Expected Dice with the true structure: about %1. The actual Dice is usually higher.")
-        .arg(item.field->expected_dice, 0, 'f', 2);
+    return state_text("Expected Dice with the true structure: about %1.").arg(item.field->expected_dice, 0, 'f', 2);
   return state_text(
              "%1. Labels and measurements are less reliable there. Let it run: most overlaps disappear by themselves. "
              "Otherwise raise the weight of Smoothing, delete a point that pulls across the surface, or reset the "

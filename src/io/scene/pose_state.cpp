@@ -81,7 +81,7 @@ json binary_json(const MeshField& field) {
                 {"marks", binary_json(field.marks)},
                 {"others", binary_json(field.others)},
                 {"leaks", field.leaks},
-                {"expected_dice", field.expected_dice}};
+                {"calibrated_dice", field.expected_dice}};
   if (field.cell != kVoxelCells) saved["cell"] = field.cell;
   if (!field.problem.empty()) saved["problem"] = field.problem;
   return saved;
@@ -105,7 +105,7 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
   field->marks = marks_of(saved.at("marks"));
   if (saved.contains("others")) field->others = marks_of(saved.at("others"));
   field->leaks = saved.at("leaks").get<bool>();
-  if (saved.contains("expected_dice")) field->expected_dice = saved.at("expected_dice").get<float>();
+  if (saved.contains("calibrated_dice")) field->expected_dice = saved.at("calibrated_dice").get<float>();
   return field;
 }
 

@@ -64,7 +64,7 @@ Mask BoxedPeer::segment(std::span<const Mark> marks) {
 }
 
 double BoxedPeer::brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const {
-  return brush_radius_mm(volume_.geometry(), box_, object_.voxels, known_, kind, mm);
+  return brush_radius_mm(volume_.geometry(), box_, object_.voxels, kind, mm);
 }
 
 }  // namespace simplexseg
