@@ -6,6 +6,7 @@
 
 #include "app/progress.h"
 #include "image/mask.h"
+#include "session/log_replay.h"
 
 namespace simplexseg {
 namespace {
@@ -74,20 +75,16 @@ Advance simulate(Session& session, int steps, bool until_rest, TracedClock& cloc
 Advance replay(Session& session, const LogFile& log, TracedClock& clock, const Console& console) {
   Progress progress(console, "replaying");
   Advance total;
-  for (std::size_t e = 0; e <= log.log.size(); ++e) {
-    const bool last = e == log.log.size();
-    const int steps = last ? log.trailing_steps : log.log[e].steps;
-    for (int done = 0; done < steps;) {
-      Interrupt::check();
+  for (LogReplay replay(session, log.log, log.trailing_steps); !replay.done();) {
+    Interrupt::check();
+    if (replay.steps_left() == 0) {
+      replay.execute_next();
+    } else {
       if (total.failure) total.cuts.push_back(*total.failure);  // the recorded run continued after this failure
-      const Advance part = as_failure([&] { return session.advance_steps(clock.steps_until_sample(steps - done)); });
-      append(total, part);
-      done += part.steps;
+      append(total, as_failure([&] { return replay.advance(clock.steps_until_sample(replay.steps_left())); }));
       clock.sample_if_due();
     }
-    Interrupt::check();
-    if (!last) session.apply(log.log[e].command);
-    progress.set(static_cast<double>(e + 1) / static_cast<double>(log.log.size() + 1));
+    progress.set(static_cast<double>(replay.commands_done()) / static_cast<double>(log.log.size() + 1));
   }
   return total;
 }

@@ -29,6 +29,8 @@ const char* title(const CommitFieldUpdate&) { return "commit field update"; }
 const char* title(const CommitPreliminaryField&) { return "commit preliminary field"; }
 const char* title(const CancelFieldUpdate&) { return "cancel field update"; }
 const char* title(const RequestFieldUpdate&) { return "request field update"; }
+const char* title(const StartFieldComparison&) { return "start field comparison"; }
+const char* title(const CommitFieldComparison&) { return "commit field comparison"; }
 const char* title(const Undo&) { return "undo"; }
 const char* title(const Redo&) { return "redo"; }
 const char* title(const SetReference&) { return "set reference"; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands: actions of the user, and updates of fields. Each is one line of the log. Each command that changes the
-// scene is one unit of undo, or belongs to the previous unit if `continues` is set.
+// Commands: actions of the user, updates of fields, and comparisons of meshes with their fields. Each is one line of
+// the log. Each command that changes the scene is one unit of undo, or belongs to the previous unit if `continues` is
+// set.
 #pragma once
 #include <string>
 #include <variant>
@@ -119,13 +120,25 @@ struct CancelFieldUpdate {};
 struct RequestFieldUpdate {
   ItemId mesh;
 };
+/// Starts to compare the present pose of a mesh with its field in the background, and to rebuild the mesh from the
+/// field if it no longer approaches it. Undo and redo discard the comparison; so do deletion, lock, reset and
+/// refinement of the mesh, and a command after which it no longer uses this field. Cannot be undone.
+struct StartFieldComparison {
+  ItemId mesh;
+};
+/// Waits for the comparison of a mesh and replaces the mesh if it was rebuilt; changes nothing if the comparison was
+/// discarded. Cannot be undone.
+struct CommitFieldComparison {
+  ItemId mesh;
+};
 struct Undo {};
 struct Redo {};
 
-using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
-                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
-                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
-                             CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField>;
+using Command =
+    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
+                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
+                 StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
+                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

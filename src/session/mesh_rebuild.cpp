@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "core/error.h"
 #include "core/expect.h"
@@ -19,9 +21,11 @@ namespace simplexseg {
 namespace {
 
 constexpr float kThreshold = 0.5f * kFieldScale;
-constexpr double kMaxVertexRatio = 2;             // largest ratio of surface vertices to final vertices of the mesh
-constexpr double kMaxVertexRatioForMarks = 32;    // largest ratio if fewer vertices leave a mark on the wrong side
-constexpr double kMaxTriangleRatio = 8;           // largest ratio of triangles before remeshing to `max_vertices`
+constexpr double kMaxVertexRatio = 2;           // largest ratio of surface vertices to final vertices of the mesh
+constexpr double kMaxVertexRatioForMarks = 32;  // largest ratio if fewer vertices leave a mark on the wrong side
+constexpr double kMaxTriangleRatio = 8;         // largest ratio of triangles before remeshing to `max_vertices`
+/// Share of the previous disagreement; a mesh is stuck if more than this share remains at the next comparison.
+constexpr double kStuckShare = 0.8;
 constexpr float kConfident = 0.2f * kFieldScale;  // distance from the threshold: probability above 0.7 or below 0.3
 
 /// Field on a coarser grid, each cell of which covers a whole number of voxels along each axis. Values: means of the
@@ -58,11 +62,13 @@ CoarseField coarsen(const MeshField& field, const VolumeGeometry& grid, double e
 }
 
 /// Surface of a field with at most about `max_vertices` vertices; empty if the field has no object.
-SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, double max_vertices) {
+SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, double max_vertices,
+                       const StopCheck& check_stop) {
   double edge_mm = grid.spacing_mm.minCoeff();
   TriangleMesh surface;
   CoarseField coarse;
   for (int attempt = 0; attempt < 8; ++attempt) {
+    if (check_stop) check_stop();
     coarse = coarsen(field, grid, edge_mm);
     surface = iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index);
     const double count = static_cast<double>(surface.triangles.size());
@@ -73,17 +79,14 @@ SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, doubl
   // Marching tetrahedra produce slivers and vertices with 4 to 14 triangles, whose duals fold; remeshing removes these.
   const double target_mm = std::max(equilateral_edge_mm(surface, max_vertices), grid.spacing_mm.minCoeff());
   return remeshed_dual_of(surface, target_mm, [&](const Eigen::Vector3d& mm) {
+    if (check_stop) check_stop();  // remeshing a large surface takes seconds
     return project_onto_iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index, mm);
   });
 }
 
-}  // namespace
-
-FieldMismatch compare_with_field(const MeshItem& item, const Volume& volume) {
-  SIMPLEXSEG_EXPECT(item.has_field());
-  const MeshField& field = *item.field;
+FieldMismatch mismatch_of(const SimplexMesh& mesh, const MeshField& field, const Volume& volume) {
   const VolumeGeometry grid = field.grid(volume.geometry());
-  const Mask mask = rasterise(item.mesh, grid);
+  const Mask mask = rasterise(mesh, grid);
   FieldMismatch mismatch;
   for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
     const float excess = static_cast<float>(field.values[v]) - kThreshold;
@@ -98,36 +101,70 @@ FieldMismatch compare_with_field(const MeshItem& item, const Volume& volume) {
     const std::size_t v = (static_cast<std::size_t>(voxel[2]) * grid.size[1] + voxel[1]) * grid.size[0] + voxel[0];
     mismatch.wrong_marks += (mask.voxels[v] != 0) != (mark.kind == MarkKind::Inside);
   }
-  mismatch.vertices = item.mesh.vertex_count();
-  mismatch.folded = folded_vertices(item.mesh);
+  mismatch.vertices = mesh.vertex_count();
+  mismatch.folded = folded_vertices(mesh);
   return mismatch;
 }
 
-bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+}  // namespace
+
+FieldMismatch compare_with_field(const MeshItem& item, const Volume& volume) {
+  SIMPLEXSEG_EXPECT(item.has_field());
+  return mismatch_of(item.mesh, *item.field, volume);
+}
+
+std::optional<RebuiltMesh> surface_of_field(const MeshItem& item, const SimulationParameters& simulation,
+                                            const Volume& volume, const StopCheck& check_stop) {
   SIMPLEXSEG_EXPECT(item.has_field());
   const int final_vertices =
       item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
-  MeshItem rebuilt = item;
+  RebuiltMesh rebuilt;
   for (const double ratio : {kMaxVertexRatio, kMaxVertexRatioForMarks}) {
-    SimplexMesh mesh = surface_of(*item.field, item.field->grid(volume.geometry()), ratio * final_vertices);
+    SimplexMesh mesh = surface_of(*item.field, item.field->grid(volume.geometry()), ratio * final_vertices, check_stop);
     try {
-      if (mesh.positions.empty()) return false;
+      if (mesh.positions.empty()) return std::nullopt;
       validate(mesh);
     } catch (const Error&) {
-      return false;
+      return std::nullopt;
     }
     rebuilt.mesh = std::move(mesh);
-    if (compare_with_field(rebuilt, volume).wrong_marks == 0) break;  // otherwise the next ratio is tried
+    rebuilt.mismatch = mismatch_of(rebuilt.mesh, *item.field, volume);
+    if (rebuilt.mismatch.wrong_marks == 0) break;  // otherwise the next ratio is tried
   }
-  item = std::move(rebuilt);
+  rebuilt.edge_mm = mean_edge_mm(rebuilt.mesh.positions, rebuilt.mesh.neighbours);
+  rebuilt.shape = shape_reference_of(rebuilt.mesh);
+  return rebuilt;
+}
+
+void replace_mesh(MeshItem& item, RebuiltMesh rebuilt) {
+  item.mesh = std::move(rebuilt.mesh);
   item.previous = item.mesh.positions;
-  item.edge_mm = mean_edge_mm(item.mesh.positions, item.mesh.neighbours);
-  item.shape = shape_reference_of(item.mesh);
+  item.edge_mm = rebuilt.edge_mm;
+  item.shape = std::move(rebuilt.shape);
   item.profiles.clear();
   item.steps_at_level = 0;
   item.rebuilt = true;
   item.solver = {}, item.sleep = {};
+}
+
+bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  std::optional<RebuiltMesh> rebuilt = surface_of_field(item, simulation, volume);
+  if (!rebuilt) return false;
+  replace_mesh(item, *std::move(rebuilt));
   return true;
+}
+
+FieldComparison compare_and_rebuild(const MeshItem& item, bool settled, const SimulationParameters& simulation,
+                                    const Volume& volume, const StopCheck& check_stop) {
+  if (check_stop) check_stop();
+  const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
+  const FieldMismatch mismatch = compare_with_field(item, volume);
+  const bool stuck = !mismatch.matches() && mismatch.disagreement() > kStuckShare * before;
+  FieldComparison comparison{{item.field, mismatch.disagreement(), settled || stuck}, std::nullopt};
+  if (mismatch.matches() || !comparison.fit.settled) return comparison;
+  std::optional<RebuiltMesh> rebuilt = surface_of_field(item, simulation, volume, check_stop);
+  if (rebuilt && rebuilt->mismatch.better_than(mismatch)) comparison.rebuilt = std::move(rebuilt);
+  return comparison;
 }
 
 }  // namespace simplexseg

@@ -3,6 +3,9 @@
 // topology, processes that are too thin to enter, or a folded mesh. Reasons:
 // docs/adr/0013-rebuild-meshes-from-fields.md.
 #pragma once
+#include <functional>
+#include <optional>
+
 #include "session/scene.h"
 
 namespace simplexseg {
@@ -27,9 +30,35 @@ struct FieldMismatch {
 };
 /// Compares a mesh with its field, which must have been solved.
 FieldMismatch compare_with_field(const MeshItem& item, const Volume& volume);
-/// Replaces a mesh by the surface of its field, with at most about twice its final number of vertices, or 32 times if
-/// fewer leave a mark on the wrong side. The mesh then counts as on its finest level; its profiles and solver state are
-/// discarded. Returns false, with nothing changed, if the field has no object or its surface gives no valid mesh.
+
+/// Called between the phases of a comparison and of a rebuild; throws to stop them. May be empty.
+using StopCheck = std::function<void()>;
+
+/// Mesh made from the surface of a field, and its derived quantities.
+struct RebuiltMesh {
+  SimplexMesh mesh;
+  FieldMismatch mismatch;  ///< with the field
+  float edge_mm = 0;
+  std::vector<Vec4> shape;
+};
+/// Surface of the field of a mesh, with at most about twice the final number of vertices of the mesh, or 32 times if
+/// fewer leave a mark on the wrong side. None if the field has no object or its surface gives no valid mesh.
+std::optional<RebuiltMesh> surface_of_field(const MeshItem& item, const SimulationParameters& simulation,
+                                            const Volume& volume, const StopCheck& check_stop = {});
+/// Replaces the pose of a mesh, which then counts as on its finest level; discards its profiles and solver state.
+void replace_mesh(MeshItem& item, RebuiltMesh rebuilt);
+/// Replaces a mesh by surface_of_field(). Returns false, with nothing changed, if there is none.
 bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, const Volume& volume);
+
+/// Result of the comparison of a mesh with its field.
+struct FieldComparison {
+  FieldFit fit;
+  std::optional<RebuiltMesh> rebuilt;  ///< mesh that replaces the compared one; none: the compared one remains
+};
+/// Compares a mesh with its field. If the mesh does not match the field and no longer approaches it, because it has
+/// settled or its disagreement has hardly decreased since MeshItem::fit, the mesh is rebuilt if that is nearer to the
+/// field. Reads mesh, field, fit and final number of vertices of `item`; depends on nothing else.
+FieldComparison compare_and_rebuild(const MeshItem& item, bool settled, const SimulationParameters& simulation,
+                                    const Volume& volume, const StopCheck& check_stop = {});
 
 }  // namespace simplexseg

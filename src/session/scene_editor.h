@@ -19,8 +19,9 @@ struct SceneChange {
 };
 
 /// Executes commands on a scene. There is one overload for each command except those that the session executes itself
-/// (undo, redo, field updates); a missing overload does not compile. The caller updates the engine. Each overload
-/// throws Error if the command cannot be executed; a command for several meshes may then have changed some of them.
+/// (undo, redo, field updates and comparisons); a missing overload does not compile. The caller updates the engine.
+/// Each overload throws Error if the command cannot be executed; a command for several meshes may then have changed
+/// some of them.
 class SceneEditor {
  public:
   /// `next_id`: id of the next new mesh or point; incremented for each. The references must outlive this object.

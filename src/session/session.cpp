@@ -95,6 +95,7 @@ void Session::open(Scene scene, Volume volume, UndoHistory history) {
   next_id_ = std::max(next_id, history.next_id());
   history_ = std::move(history), log_.clear();
   field_updater_.open(volume_), field_warnings_.clear();
+  field_comparer_.discard_all();
   steps_since_command_ = 0, total_steps_ = 0, seconds_per_step_ = 0;
 }
 
@@ -240,6 +241,8 @@ ItemId Session::apply(const Command& command) {
   if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command) ||
       std::holds_alternative<DeleteMesh>(command))
     cancel_useless_field_update();
+  if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command)) field_comparer_.discard_all();
+  field_comparer_.discard_useless(scene_, volume_);
   log_.push_back({steps_since_command_, command});
   steps_since_command_ = 0;
   ++revision_;
@@ -308,25 +311,35 @@ ItemId Session::edit_scene(const Edit& edit) {
 // ---- the simulation ----
 
 Advance Session::advance_steps(int steps, bool stop_at_rest) {
-  if (steps > 0) update_all_fields();
-  return run_steps(steps, stop_at_rest);
+  bool rebuilt = false;
+  if (steps > 0) {
+    update_all_fields();
+    rebuilt = commit_all_comparisons();
+  }
+  Advance result = run_steps(steps, stop_at_rest, {});
+  result.refined = result.refined || rebuilt;
+  return result;
 }
 
-Advance Session::run_steps(int steps, bool stop_at_rest) {
+Advance Session::replay_steps(int steps, const std::vector<ItemId>& compared_after) {
+  return run_steps(steps, false, {false, compared_after});
+}
+
+Advance Session::run_steps(int steps, bool stop_at_rest, const InBackground& compared) {
   SIMPLEXSEG_EXPECT(steps >= 0);
   Advance result;
   fail_over_if_failed();
   try {
-    advance_on_engine(steps, stop_at_rest, result);
+    advance_on_engine(steps, stop_at_rest, compared, result);
   } catch (const DeviceError& failure) {
     fail_over(failure);
-    advance_on_engine(steps, stop_at_rest, result);
+    advance_on_engine(steps, stop_at_rest, compared, result);
   }
   result.warnings = std::exchange(field_warnings_, {});
   return result;
 }
 
-void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
+void Session::advance_on_engine(int steps, bool stop_at_rest, const InBackground& compared, Advance& result) {
   const double start = now();
   while (result.steps < steps && !result.failure && !(stop_at_rest && all_asleep())) {
     const bool ends_with_sleep = !may_sleep_.empty();
@@ -354,7 +367,7 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
       put_settled_meshes_to_sleep();
     }
     if (!last_.failure && total_steps_ % kCheckInterval == 0) {
-      const bool replaced = rebuild_stuck_meshes() || refine_due_meshes();
+      const bool replaced = rebuild_stuck_meshes(compared, result.steps == steps) || refine_due_meshes();
       refresh_if_settled();
       result.refined = replaced || result.refined;
     }
@@ -367,39 +380,24 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
 Advance Session::advance(double seconds, const std::atomic<bool>* cancel) {
   Advance total;
   const double start = now();
+  bool rebuilt = false;
   do {
     update_fields_in_background();
+    rebuilt = commit_complete_comparisons() || rebuilt;
     const double remaining = seconds - (now() - start);
     const int affordable =
         seconds_per_step_ > 0 ? static_cast<int>(std::clamp(remaining / seconds_per_step_, 1.0, 1e6)) : 1;
     int max_steps = kCheckInterval;
     for (const int fewer : {5, 2, 1})
       if (cancel && max_steps * seconds_per_step_ > kMaxCancelLatencyS) max_steps = fewer;
-    const Advance part = run_steps(std::min(affordable, max_steps), true);
+    const Advance part = run_steps(std::min(affordable, max_steps), true, {true, {}});
     append(total, part);
     if (part.steps == 0 || (cancel && *cancel)) break;
   } while (!total.at_rest && !total.failure && now() - start + seconds_per_step_ < seconds);
-  if (field_updater_.solving_mesh() != 0) total.at_rest = false;
+  if (field_updater_.solving_mesh() != 0 || field_comparer_.first_mesh() != 0) total.at_rest = false;
+  total.refined = total.refined || rebuilt;
   total.seconds = now() - start;
   return total;
-}
-
-void Session::replay(const std::vector<LogEntry>& log, int trailing_steps) {
-  // A recorded log contains the field updates. For a log written by hand, changed fields are solved before the next
-  // step.
-  const bool has_field_updates = std::any_of(log.begin(), log.end(), [](const LogEntry& entry) {
-    return std::holds_alternative<StartFieldUpdate>(entry.command);
-  });
-  // A failure ends an advance, but not the replay.
-  const auto advance_by = [&](int steps) {
-    for (int done = 0; done < steps;)
-      done += (has_field_updates ? run_steps(steps - done, false) : advance_steps(steps - done)).steps;
-  };
-  for (const LogEntry& entry : log) {
-    advance_by(entry.steps);
-    apply(entry.command);
-  }
-  advance_by(trailing_steps);
 }
 
 }  // namespace simplexseg

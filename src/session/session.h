@@ -13,6 +13,7 @@
 #include "session/advance.h"
 #include "session/command.h"
 #include "session/failover_engine.h"
+#include "session/field_comparer.h"
 #include "session/field_updater.h"
 #include "session/scene.h"
 #include "session/step_plan.h"
@@ -22,6 +23,7 @@ namespace simplexseg {
 
 class DeviceError;
 enum class EngineUpdate;
+enum class LevelState;
 
 /// Owner of scene, engine and undo history; independent of Qt and of files. Every user action is a Command. The log
 /// records the number of steps between actions, so a replay gives the same bits at any speed and with any number of
@@ -82,10 +84,12 @@ class Session {
   const UndoHistory& history() const { return history_; }
 
   /// Solves all fields whose marks have changed and whose update was not cancelled, then runs `steps` steps; fewer
-  /// after a failure or, with `stop_at_rest`, once all meshes have settled.
+  /// after a failure or, with `stop_at_rest`, once all meshes have settled. Meshes are compared with their fields
+  /// between two steps.
   Advance advance_steps(int steps, bool stop_at_rest = false);
   /// Runs as many steps as fit into `seconds`. Stops once all meshes have settled, and a few steps after `cancel` (may
-  /// be null) becomes true. Fields are solved in the background and committed between two steps.
+  /// be null) becomes true. Fields are solved, and meshes compared with them, in the background; both are committed
+  /// between two steps.
   Advance advance(double seconds, const std::atomic<bool>* cancel = nullptr);
 
   /// Mesh whose field is being solved in the background; 0: none.
@@ -101,11 +105,20 @@ class Session {
     if (field_updater_.cancelled()) apply(CancelFieldUpdate{});
   }
 
+  /// Whether a mesh is being compared with its field in the background; it has then not settled.
+  bool is_comparing(ItemId mesh) const { return field_comparer_.is_comparing(mesh); }
+  /// Sets the function that compares meshes in the background. For tests.
+  void set_field_comparison(CompareMesh compare) { field_comparer_.set_compare(std::move(compare)); }
+
   const std::vector<LogEntry>& log() const { return log_; }
   int steps_since_last_command() const { return steps_since_command_; }
   std::int64_t total_steps() const { return total_steps_; }
-  /// Replays a log on the current scene, then runs `trailing_steps` further steps.
+  /// Replays a log on the current scene, then runs `trailing_steps` further steps (LogReplay).
   void replay(const std::vector<LogEntry>& log, int trailing_steps);
+  /// Runs steps without solving or committing fields. `compared_after`: meshes whose comparison is started in the
+  /// background after the last of these steps if it is due; other comparisons are made between two steps. For
+  /// LogReplay.
+  Advance replay_steps(int steps, const std::vector<ItemId>& compared_after);
   /// Counter that changes with scene and poses; a view must then be redrawn.
   std::uint64_t revision() const { return revision_; }
   /// Mean motion of each mesh in the last step, mm; 0 before the first step.
@@ -121,6 +134,8 @@ class Session {
   ItemId execute(const CommitPreliminaryField& command);
   ItemId execute(const CancelFieldUpdate& command);
   ItemId execute(const RequestFieldUpdate& command);
+  ItemId execute(const StartFieldComparison& command);
+  ItemId execute(const CommitFieldComparison& command);
   template <class Edit>
   ItemId execute(const Edit& edit);
   template <class Edit>
@@ -148,12 +163,21 @@ class Session {
   void update_fields_in_background();
   void attach_field(MeshItem& item, std::shared_ptr<const MeshField> field);
   void set_engine_field(std::size_t mesh);
-  Advance run_steps(int steps, bool stop_at_rest);
+  /// Meshes whose comparisons run in the background; those of other meshes are made between two steps.
+  struct InBackground {
+    bool all = false;
+    std::vector<ItemId> after_last_step;  ///< meshes whose comparison is started after the last step
+  };
+  Advance run_steps(int steps, bool stop_at_rest, const InBackground& compared);
   using NewMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< new meshes with their indices in the scene
   bool load_new_meshes(NewMeshes meshes);
-  void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
+  void advance_on_engine(int steps, bool stop_at_rest, const InBackground& compared, Advance& result);
   bool refine_due_meshes();
-  bool rebuild_stuck_meshes();
+  LevelState state_at_level(std::size_t mesh) const;
+  bool is_comparison_due(std::size_t mesh) const;
+  bool rebuild_stuck_meshes(const InBackground& compared, bool after_last_step);
+  bool commit_complete_comparisons();
+  bool commit_all_comparisons();
   void refresh_if_settled();
   void put_settled_meshes_to_sleep();
 
@@ -164,6 +188,7 @@ class Session {
   mutable int steps_since_read_ = 0;
   Volume volume_;
   FieldUpdater field_updater_;
+  FieldComparer field_comparer_;
   std::vector<std::string> field_warnings_;  ///< warnings for the next Advance
   UndoHistory history_;
   std::vector<LogEntry> log_;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Automatic refinement of meshes, and rebuilding of meshes that deformation does not bring to their field.
 #include <algorithm>
-#include <limits>
+#include <string>
 #include <utility>
 
+#include "core/error.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_rebuild.h"
 #include "session/mesh_sleep.h"
+#include "session/scene_editor.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -14,8 +16,6 @@ namespace {
 
 /// Number of steps between comparisons of meshes with their fields; settled meshes are compared at the next check.
 constexpr int kFitInterval = 50;
-/// Share of the previous disagreement; a mesh is stuck if more than this share remains after an interval.
-constexpr double kStuckShare = 0.8;
 /// Number of steps after which a settled mesh may fall asleep. A mesh that was woken starts with velocity 0.
 constexpr int kMinSettledSteps = 10;
 
@@ -38,64 +38,123 @@ bool Session::load_new_meshes(NewMeshes meshes) {
   return true;
 }
 
-/// Rebuilds each mesh that no longer approaches its field from that field. Returns whether any mesh was rebuilt.
-bool Session::rebuild_stuck_meshes() {
+LevelState Session::state_at_level(std::size_t mesh) const {
+  return level_state(scene_.meshes[mesh], scene_.simulation, volume_, last_.mean_move_mm[mesh],
+                     last_.mean_edge_mm[mesh]);
+}
+
+/// Whether a mesh must be compared with its field after the present step, which is one of the checks.
+bool Session::is_comparison_due(std::size_t mesh) const {
+  const MeshItem& item = scene_.meshes[mesh];
+  if (item.locked || !uses_field(item, volume_) || !item.has_field() || item.field->is_preliminary() ||
+      (item.fit.field == item.field && item.fit.settled) || is_comparing(item.id))
+    return false;
+  const LevelState state = state_at_level(mesh);
+  const bool settled = state == LevelState::Settled;  // also with edges shrunk below a voxel on a coarser level
+  if (state == LevelState::RefinementDue || (finest_[mesh] == 0 && !settled)) return false;
+  return settled || total_steps_ % kFitInterval == 0;
+}
+
+/// Compares each mesh for which that is due with its field, and rebuilds it if it no longer approaches the field, or
+/// starts to do so in the background. Returns whether any mesh was rebuilt.
+bool Session::rebuild_stuck_meshes(const InBackground& compared, bool after_last_step) {
   NewMeshes replaced;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
-    MeshItem& item = scene_.meshes[k];
-    if (item.locked || !uses_field(item, volume_) || !item.has_field() || item.field->is_preliminary() ||
-        (item.fit.field == item.field && item.fit.settled))
-      continue;
-    const LevelState state =
-        level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    const bool settled = state == LevelState::Settled;  // also with edges shrunk below a voxel on a coarser level
-    if (state == LevelState::RefinementDue || (finest_[k] == 0 && !settled)) continue;
-    if (total_steps_ % kFitInterval != 0 && !settled) continue;
+    if (!is_comparison_due(k)) continue;
     read_pose(k);
     if (engine_.failure()) return false;
-    const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
-    const FieldMismatch mismatch = compare_with_field(item, volume_);
-    const bool stuck = !mismatch.matches() && mismatch.disagreement() > kStuckShare * before;
-    const FieldFit fit{item.field, mismatch.disagreement(), settled || stuck};
-    if (!mismatch.matches() && fit.settled) {
-      MeshItem rebuilt = item;
-      rebuilt.fit = fit;
-      if (rebuild_from_field(rebuilt, scene_.simulation, volume_) &&
-          compare_with_field(rebuilt, volume_).better_than(mismatch)) {
-        replaced.emplace_back(k, std::move(rebuilt));
-        continue;  // the new mesh contains `fit`
-      }
+    MeshItem& item = scene_.meshes[k];
+    const std::vector<ItemId>& last = compared.after_last_step;
+    if (compared.all || (after_last_step && std::find(last.begin(), last.end(), item.id) != last.end())) {
+      apply(StartFieldComparison{item.id});
+      continue;
     }
-    item.fit = fit;
+    FieldComparison comparison =
+        compare_and_rebuild(item, state_at_level(k) == LevelState::Settled, scene_.simulation, volume_);
+    if (comparison.rebuilt) {
+      replaced.emplace_back(k, item);
+      replace_mesh(replaced.back().second, *std::move(comparison.rebuilt));
+      replaced.back().second.fit = comparison.fit;
+    } else {
+      item.fit = comparison.fit;
+    }
   }
   return load_new_meshes(std::move(replaced));
+}
+
+ItemId Session::execute(const StartFieldComparison& command) {
+  const MeshItem* const item = scene_.find_mesh(command.mesh);
+  if (!item || item->locked || !uses_field(*item, volume_) || !item->has_field() || item->field->is_preliminary() ||
+      is_comparing(command.mesh))
+    throw Error("segmentation " + std::to_string(command.mesh),
+                "there is none with that id, it is locked, it has no complete field, or it is being compared already",
+                "choose another one");
+  const std::size_t k = item - scene_.meshes.data();
+  read_pose(k);
+  fail_over_if_failed();
+  field_comparer_.start(*item, state_at_level(k) == LevelState::Settled, scene_.simulation, volume_);
+  return 0;
+}
+
+ItemId Session::execute(const CommitFieldComparison& command) {
+  if (!is_comparing(command.mesh)) return 0;
+  FieldComparison comparison = field_comparer_.finish(command.mesh);
+  MeshItem& item = *scene_.find_mesh(command.mesh);
+  if (!comparison.rebuilt) {
+    item.fit = comparison.fit;
+    return 0;
+  }
+  read_pose(&item - scene_.meshes.data());  // a pose that is out of date would be read into the rebuilt mesh
+  fail_over_if_failed();
+  MeshItem before = item;
+  replace_mesh(item, *std::move(comparison.rebuilt));
+  item.fit = comparison.fit;
+  try {
+    update_engine_or_fail_over(EngineUpdate::Meshes);
+  } catch (...) {
+    item = std::move(before);
+    throw;
+  }
+  return 0;
+}
+
+/// Commits the comparisons that are complete. Returns whether a mesh was rebuilt.
+bool Session::commit_complete_comparisons() {
+  const std::uint64_t revision = topology_revision_;
+  while (field_comparer_.ready()) apply(CommitFieldComparison{field_comparer_.first_mesh()});
+  return topology_revision_ != revision;
+}
+
+/// Waits for all comparisons and commits them. Returns whether a mesh was rebuilt.
+bool Session::commit_all_comparisons() {
+  const std::uint64_t revision = topology_revision_;
+  while (const ItemId mesh = field_comparer_.first_mesh()) apply(CommitFieldComparison{mesh});
+  return topology_revision_ != revision;
 }
 
 bool Session::refine_due_meshes() {
   NewMeshes replaced;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
-    const MeshItem& item = scene_.meshes[k];
-    const LevelState state =
-        level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    if (state != LevelState::RefinementDue) continue;
+    if (state_at_level(k) != LevelState::RefinementDue) continue;
     read_pose(k);
     if (engine_.failure()) return false;
-    replaced.emplace_back(k, item);
+    replaced.emplace_back(k, scene_.meshes[k]);
     refine_item(replaced.back().second);
   }
-  return load_new_meshes(std::move(replaced));
+  const bool refined = load_new_meshes(std::move(replaced));
+  field_comparer_.discard_useless(scene_, volume_);
+  return refined;
 }
 
-/// Marks the meshes that have settled, and makes the next step find new targets for them.
+/// Marks the meshes that have settled and are not being compared with their fields, and makes the next step find new
+/// targets for them.
 void Session::refresh_if_settled() {
   std::vector<char> may_sleep(scene_.meshes.size(), 0);
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     SleepState& sleep = scene_.meshes[k].sleep;
     if (sleep.asleep) continue;
-    if (level_state(scene_.meshes[k], scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) !=
-        LevelState::Settled)
-      sleep.settled_steps = 0;
-    may_sleep[k] = sleep.settled_steps >= kMinSettledSteps;
+    if (state_at_level(k) != LevelState::Settled) sleep.settled_steps = 0;
+    may_sleep[k] = sleep.settled_steps >= kMinSettledSteps && !is_comparing(scene_.meshes[k].id);
   }
   if (std::find(may_sleep.begin(), may_sleep.end(), 1) == may_sleep.end()) return;
   engine_->refresh();
@@ -107,10 +166,8 @@ void Session::refresh_if_settled() {
 void Session::put_settled_meshes_to_sleep() {
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    if (may_sleep_[k] == 0 || item.sleep.settled_steps < kMinSettledSteps) continue;
-    if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) ==
-        LevelState::Settled)
-      item.sleep = {true, 0, input_digest(item, scene_, volume_)};
+    if (may_sleep_[k] == 0 || item.sleep.settled_steps < kMinSettledSteps || is_comparing(item.id)) continue;
+    if (state_at_level(k) == LevelState::Settled) item.sleep = {true, 0, input_digest(item, scene_, volume_)};
   }
   may_sleep_.clear();
   set_engine_asleep();

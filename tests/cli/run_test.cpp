@@ -2,6 +2,7 @@
 // Effect of each option of run, and reproducibility of a run.
 #include <zlib.h>
 
+#include <chrono>
 #include <memory>
 #include <set>
 
@@ -276,6 +277,30 @@ TEST_F(Run, Replay) {
     EXPECT_EQ(report["steps"], session->total_steps());
     EXPECT_EQ(text_of("replayed/ball.ply"), text_of("live.ply"));
   }
+}
+
+TEST_F(Run, ALogOfALiveRunReplaysToTheSameBits) {
+  const std::unique_ptr<Session> session = open();
+  const auto hung = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  const auto run_until_settled = [&] {
+    while (!session->advance(0.002).at_rest && std::chrono::steady_clock::now() < hung) continue;
+  };
+  run_until_settled();
+  session->apply(AddPoint{session->scene().meshes[0].id, {0, 10, 0}, MarkKind::Outside, 3});
+  session->apply(ResetPose{0});  // so that steps are made until the field is solved
+  run_until_settled();
+  const auto steps_before = [&]<class C>(std::type_identity<C>) {
+    int most = -1;
+    for (const LogEntry& entry : session->log())
+      if (std::holds_alternative<C>(entry.command)) most = std::max(most, entry.steps);
+    return most;
+  };
+  ASSERT_GT(steps_before(std::type_identity<CommitFieldUpdate>()), 0) << "the field was solved in the background";
+  ASSERT_GE(steps_before(std::type_identity<CommitFieldComparison>()), 0);
+  write_log(path("log.json"), session->log(), session->steps_since_last_command(), "scene.json");
+  write_mesh(path("live.ply"), session->scene().meshes[0].mesh);
+  report_of({"--backend", "cpu", "--replay", path("log.json"), "--meshes", path("replayed")});
+  EXPECT_EQ(text_of("replayed/ball.ply"), text_of("live.ply"));
 }
 
 TEST_F(Run, TheUndoHistoryIsSavedWithAScene) {

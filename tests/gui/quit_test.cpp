@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // End of the program, and of a segmentation, while its field is being solved.
 #include <QElapsedTimer>
+#include <chrono>
+#include <thread>
 
 #include "forces/evidence.h"
+#include "gui/workbench/frame_loop.h"
+#include "gui/workbench/run_state.h"
 #include "step/simulation_parameters.h"
 #include "window_fixture.h"
 
@@ -41,6 +45,35 @@ TEST_F(QuitTest, TheWindowClosesWithinASecondWhileAFieldIsSolved) {
   window_->actions()[Act::Quit]->trigger();
   EXPECT_FALSE(window_->isVisible());
   window_.reset();  // as at the end of the program
+  EXPECT_LT(timer.elapsed(), kLimitMs);
+}
+
+TEST_F(QuitTest, TheWindowClosesWithinASecondWhileAMeshIsComparedWithItsField) {
+  open_phantom();
+  Scene start = scene();
+  start.meshes[0].parameters = default_force_parameters();
+  const Volume volume = bench().session().volume();
+  bench().open(std::move(start), volume);
+  // Holds the comparison until it is stopped.
+  bench().draw([](Session& session) {
+    session.set_field_comparison([](const MeshItem&, bool, const SimulationParameters&, const Volume&,
+                                    const StopCheck& check_stop) -> FieldComparison {
+      for (;; std::this_thread::sleep_for(std::chrono::milliseconds(1))) check_stop();
+    });
+  });
+  bench().run();
+  const ItemId mesh = scene().meshes[0].id;
+  ASSERT_TRUE(wait_until([&] { return bench().session().is_comparing(mesh); }));
+  const std::int64_t steps = bench().session().total_steps();
+  ASSERT_TRUE(wait_until([&] { return bench().session().total_steps() > steps + 200; }));
+  EXPECT_TRUE(bench().session().is_comparing(mesh)) << "no frame waits for the comparison";
+  EXPECT_FALSE(window_->loop().settled());
+  EXPECT_EQ(mesh_state(bench(), window_->loop(), 0), RunState::Running);
+  QElapsedTimer timer;
+  timer.start();
+  window_->actions()[Act::Quit]->trigger();
+  EXPECT_FALSE(window_->isVisible());
+  window_.reset();
   EXPECT_LT(timer.elapsed(), kLimitMs);
 }
 

@@ -28,6 +28,8 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
       {0, ReorderMesh{1, 2}},
       {0, SetParameters{3, any_forces(random), default_simulation_parameters()}},
       {1, RefineMesh{2}},
+      {1, StartFieldComparison{8}},
+      {31, CommitFieldComparison{9}},
       {1, Undo{}},
       {1, Redo{}},
   };
@@ -83,7 +85,9 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   ASSERT_TRUE(all_again.simulation);
   EXPECT_EQ(std::memcmp(&*all.simulation, &*all_again.simulation, sizeof *all.simulation), 0);
   EXPECT_EQ(std::get<RefineMesh>(file.log[16].command).mesh, 2u);
-  for (std::size_t at = 19; at < log.size(); ++at) {
+  EXPECT_EQ(std::get<StartFieldComparison>(file.log[17].command).mesh, 8u);
+  EXPECT_EQ(std::get<CommitFieldComparison>(file.log[18].command).mesh, 9u);
+  for (std::size_t at = 21; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
                 a.continues == b.continues)

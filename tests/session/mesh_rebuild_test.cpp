@@ -5,53 +5,19 @@
 #include "image/metrics.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
+#include "ring_scene.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
-#include "session_fixture.h"
 
 namespace simplexseg {
 namespace {
-
-/// Bright ring of radius 14 mm with a tube of radius 5 mm.
-double depth_in_ring(const Eigen::Vector3d& mm) { return 5 - std::hypot(std::hypot(mm[0], mm[1]) - 14, mm[2]); }
 
 /// Rod along the first axis, 36 mm long, radius 2 mm.
 double depth_in_rod(const Eigen::Vector3d& mm) {
   return std::min(2 - std::hypot(mm[1] - 0.2, mm[2] - 0.3), 18 - std::abs(mm[0]));
 }
 
-using Depth = double (*)(const Eigen::Vector3d& mm);
-Volume image_of(Depth depth) {
-  const Volume& like = phantom("flat").image;
-  Volume image(like.geometry(), VoxelType::Float32);
-  const auto [ni, nj, nk] = like.geometry().size;
-  for (int k = 0; k < nk; ++k)
-    for (int j = 0; j < nj; ++j)
-      for (int i = 0; i < ni; ++i) {
-        const Eigen::Vector3d mm = like.geometry().world_from_index() * Eigen::Vector3d(i, j, k);
-        image.voxels<float>()[image.offset(i, j, k)] =
-            depth(mm) > 0 ? 150.0f : 50.0f + static_cast<float>((i * 7 + j * 13 + k * 5) % 11);
-      }
-  return image;
-}
-Volume ring_image() { return image_of(depth_in_ring); }
-MeshItem item_with_field(const Volume& image, Depth depth, const Seed& seed) {
-  MeshItem item;
-  item.name = "object", item.seed = seed;
-  auto field = std::make_shared<MeshField>();
-  field->box.size = image.geometry().size;
-  for (int k = 0; k < field->box.size[2]; ++k)
-    for (int j = 0; j < field->box.size[1]; ++j)
-      for (int i = 0; i < field->box.size[0]; ++i) {
-        const double in = depth(image.geometry().world_from_index() * Eigen::Vector3d(i, j, k));
-        field->values.push_back(static_cast<std::uint16_t>(kFieldScale / (1 + std::exp(-2 * in))));
-      }
-  item.field = field;
-  complete(item, default_simulation_parameters(), image);
-  return item;
-}
 MeshItem item_with_ring_field(const Volume& image) { return item_with_field(image, depth_in_ring, {{14, 0, 0}, 4}); }
-int genus_of(const SimplexMesh& mesh) { return 1 - (cells_of(mesh).count() - mesh.vertex_count() / 2) / 2; }
 
 TEST(MeshRebuild, ARebuiltMeshHasShapeAndTopologyOfItsField) {
   const Volume image = ring_image();
@@ -158,17 +124,10 @@ TEST(MeshRebuild, AFoldedMeshHasALargerMismatch) {
 }
 
 TEST(MeshRebuild, ASessionRebuildsASphereAsARing) {
-  Scene scene;
-  scene.simulation = default_simulation_parameters();
-  MeshItem item;
-  item.name = "ring", item.seed = {{14, 0, 0}, 4}, item.parameters = default_force_parameters();
-  set(item.parameters, {"evidence", "source", 0});
-  scene.meshes.push_back(item);
   Session session(make_cpu_engine(2), nullptr, 2);
   const Volume image = ring_image();
-  session.open(scene, image);
-  // Enough marks for a correct field, so that only the mesh is tested.
-  for (const Eigen::Vector3d& mm : {Eigen::Vector3d(-14, 0, 0), Eigen::Vector3d(0, 14, 0), Eigen::Vector3d(0, -14, 0)})
+  session.open(ring_scene(), image);
+  for (const Eigen::Vector3d& mm : ring_marks())
     session.apply(AddPoint{session.scene().meshes[0].id, mm, MarkKind::Inside, 4});
   const Advance done = session.advance_steps(2000, true);
   EXPECT_TRUE(done.at_rest);

@@ -41,7 +41,7 @@ RunState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size
     if (session.solving_mesh() == item.id) return RunState::Solving;
     if (session.solving_mesh() != 0 && is_update_due(session.scene_without_poses(), item, session.volume()))
       return RunState::Waiting;
-    if (!item.sleep.asleep) return RunState::Running;
+    if (!item.sleep.asleep || session.is_comparing(item.id)) return RunState::Running;
   }
   if (!faults_of(workbench, mesh).isEmpty()) return RunState::Overlapping;
   return workbench.running() ? RunState::Settled : RunState::Paused;

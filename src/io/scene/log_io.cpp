@@ -205,7 +205,8 @@ void read_keys(const JsonInput& in, ReorderMesh& c) {
 template <class C>
 concept MeshCommand = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, StartFieldUpdate> ||
     std::is_same_v<C, ResetPose> || std::is_same_v<C, RecordProfiles> || std::is_same_v<C, RefineMesh> ||
-    std::is_same_v<C, DuplicateMesh> || std::is_same_v<C, RequestFieldUpdate>;
+    std::is_same_v<C, DuplicateMesh> || std::is_same_v<C, RequestFieldUpdate> ||
+    std::is_same_v<C, StartFieldComparison> || std::is_same_v<C, CommitFieldComparison>;
 Json keys_json(const MeshCommand auto& c) { return {{"mesh", c.mesh}}; }
 void read_keys(const JsonInput& in, MeshCommand auto& c) {
   expect_keys(in, {"mesh"});
@@ -240,7 +241,9 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "resize_point",
                                          "cancel_field_update",
                                          "request_field_update",
-                                         "commit_preliminary_field"};
+                                         "commit_preliminary_field",
+                                         "start_field_comparison",
+                                         "commit_field_comparison"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};
