@@ -16,7 +16,7 @@ FieldTrial marked(std::vector<Mark> marks) {
   trial.updates = {std::move(marks)};
   return trial;
 }
-FieldCase refused(const char* name, const char* what, const char* text, std::vector<Mark> marks) {
+FieldCase refused(const char* name, const char* what, const char* text, const std::vector<Mark>& marks) {
   return trial_case(name, what, FieldOutcome::Refused, "with one line that names the mark and the fault", [=] {
     FieldTrial trial = marked(marks);
     trial.refusal_text = text;

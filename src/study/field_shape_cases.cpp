@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 FieldCase shape(const char* name, const char* what, const char* reason, double least_dice, const VolumeGeometry& grid,
-                const Shape& object, std::vector<Mark> marks) {
+                const Shape& object, const std::vector<Mark>& marks) {
   return trial_case(name, what, FieldOutcome::Found, reason, [=] {
     FieldTrial trial = trial_with(grid, object);
     trial.updates = {marks};
