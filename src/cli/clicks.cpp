@@ -55,16 +55,16 @@ struct Part {
 };
 constexpr std::array kParts{
     Part{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
-    Part{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
+    Part{"prior", [](EvidenceSettings& s) { s.prior_weight = 0; }},
     Part{"classifier", [](EvidenceSettings& s) { s.use_appearance = false; }},
     Part{"geodesic", [](EvidenceSettings& s) { s.use_geodesic = false; }},
     Part{"random-walk", [](EvidenceSettings& s) { s.use_random_walk = false; }, "walk"},
     Part{"memory", [](EvidenceSettings& s) { s.memory = false; }},
     Part{"far-memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
-    Part{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
-    Part{"surface-offset", [](EvidenceSettings& s) { s.surface_offset = 0; }, "lean"},
-    Part{"surface-memory", [](EvidenceSettings& s) { s.surface_memory = s.surface_pull = 0; }},
+    Part{"surface", [](EvidenceSettings& s) { s.band_half_width = 0; }},
+    Part{"surface-offset", [](EvidenceSettings& s) { s.band_offset = 0; }, "lean"},
+    Part{"surface-memory", [](EvidenceSettings& s) { s.temporal_weight = s.shift_weight = 0; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
 
@@ -275,9 +275,9 @@ void clicks(const ClicksOptions& options, const Console& console) {
   for (const std::optional<double>& label : label_values) truth_of(labels, label, image.geometry(), options);
   print_warnings(labels.labels({.label = label_values.back()}).warnings, console);
   RobotSettings robot = options.settings;
-  if (options.robot == "mixed") robot.hand = RobotHand::Mixed;
-  if (options.robot == "grab") robot.hand = RobotHand::Grabs;
-  if (options.robot == "point" || options.robot == "none") robot.hand = RobotHand::Points;
+  if (options.robot == "mixed") robot.click_kind = RobotClickKind::Mixed;
+  if (options.robot == "grab") robot.click_kind = RobotClickKind::Grabs;
+  if (options.robot == "point" || options.robot == "none") robot.click_kind = RobotClickKind::Points;
   std::vector<Case> cases;
   const Interrupt interrupt;
   {

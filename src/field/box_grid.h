@@ -6,7 +6,7 @@
 
 namespace simplexseg {
 
-/// Voxels of a box, i fastest: how many, and how far neighbours lie apart in an array.
+/// Grid of the cells of a box, i fastest: number of cells, and strides of an array with a value for each.
 struct BoxGrid {
   std::array<int, 3> size{0, 0, 0};
   SIMPLEXSEG_HD int count() const { return size[0] * size[1] * size[2]; }

@@ -5,13 +5,15 @@
 #include <cmath>
 #include <type_traits>
 
+#include "field/quantile.h"
+
 namespace simplexseg {
 namespace {
 
-/// out[i], for so many i: centre[i] and what lies `step` by `step` on either side of it, weighed.
+/// Writes out[l], 0 <= l < Count: values around centre[l], `step` apart, convolved with a symmetric kernel.
 template <int Count>
-void weigh(const float* centre, int step, std::span<const float> kernel, float* out) {
-  std::array<float, Count> sum;  // in registers, so that each is written once
+void convolve(const float* centre, int step, std::span<const float> kernel, float* out) {
+  std::array<float, Count> sum;  // in registers
 #pragma GCC unroll 32
   for (int l = 0; l < Count; ++l) sum[l] = kernel[0] * centre[l];
   for (std::ptrdiff_t d = 1; d < std::ssize(kernel); ++d) {
@@ -23,21 +25,21 @@ void weigh(const float* centre, int step, std::span<const float> kernel, float* 
   for (int l = 0; l < Count; ++l) out[l] = sum[l];
 }
 
-/// The same for a line of `width`, which `out` is no part of: the last values of it may be worked out twice.
-void weigh_line(const float* centre, int step, std::span<const float> kernel, float* out, int width) {
-  constexpr int many = 32, few = 8;
-  const auto by = [&]<int Count>(std::integral_constant<int, Count>) {
+/// Convolves `width` values; `out` does not overlap the input. The last values may be computed twice.
+void convolve_row(const float* centre, int step, std::span<const float> kernel, float* out, int width) {
+  constexpr int kLanes = 32, kFewLanes = 8;
+  const auto convolve_by = [&]<int Count>(std::integral_constant<int, Count>) {
     for (int i = 0; i < width; i += Count) {
       const int at = std::min(i, width - Count);
-      weigh<Count>(centre + at, step, kernel, out + at);
+      convolve<Count>(centre + at, step, kernel, out + at);
     }
   };
-  if (width >= many)
-    by(std::integral_constant<int, many>{});
-  else if (width >= few)
-    by(std::integral_constant<int, few>{});
+  if (width >= kLanes)
+    convolve_by(std::integral_constant<int, kLanes>{});
+  else if (width >= kFewLanes)
+    convolve_by(std::integral_constant<int, kFewLanes>{});
   else
-    by(std::integral_constant<int, 1>{});
+    convolve_by(std::integral_constant<int, 1>{});
 }
 
 }  // namespace
@@ -48,23 +50,22 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
     const double s = sigma[axis];
     const int n = grid.size[axis];
     if (s < 0.2 || n == 1) continue;
-    const int reach = std::max(1, static_cast<int>(std::ceil(3 * s)));
-    std::vector<float> kernel(reach + 1);
+    const int radius = std::max(1, static_cast<int>(std::ceil(3 * s)));
+    std::vector<float> kernel(radius + 1);
     double sum = 0;
-    for (int t = 0; t <= reach; ++t)
+    for (int t = 0; t <= radius; ++t)
       sum += (t == 0 ? 1 : 2) * (kernel[t] = static_cast<float>(std::exp(-t * t / (2 * s * s))));
     for (float& k : kernel) k = static_cast<float>(k / sum);
-    // A job is a plane: along i line by line, along j and k all voxels of a row together.
+    // A job smooths a plane: along i row by row, along j and k all cells of a row at once.
     const bool by_line = axis == 0;
-    const int together = by_line ? 1 : ni, stride = grid.stride(axis);
+    const int width = by_line ? 1 : ni, stride = grid.stride(axis);
     run(axis == 2 ? nj : nk, [&, ni = ni, nj = nj](int job) {
-      std::vector<float> padded(std::size_t(n + 2 * reach) * together);
-      float* const centre = padded.data() + std::size_t(reach) * together;
+      std::vector<float> padded(std::size_t(n + 2 * radius) * width);
+      float* const centre = padded.data() + std::size_t(radius) * width;
       const auto pad = [&] {
-        for (int t = 1; t <= reach; ++t) {
-          std::copy_n(centre, together, centre - std::ptrdiff_t(t) * together);
-          std::copy_n(centre + std::ptrdiff_t(n - 1) * together, together,
-                      centre + std::ptrdiff_t(n - 1 + t) * together);
+        for (int t = 1; t <= radius; ++t) {
+          std::copy_n(centre, width, centre - std::ptrdiff_t(t) * width);
+          std::copy_n(centre + std::ptrdiff_t(n - 1) * width, width, centre + std::ptrdiff_t(n - 1 + t) * width);
         }
       };
       float* const plane = values.data() + std::size_t(job) * (axis == 2 ? ni : grid.plane());
@@ -73,14 +74,14 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
           float* const line = plane + std::size_t(j) * ni;
           std::copy_n(line, n, centre);
           pad();
-          weigh_line(centre, 1, kernel, line, n);
+          convolve_row(centre, 1, kernel, line, n);
         }
         return;
       }
       for (int t = 0; t < n; ++t) std::copy_n(plane + std::size_t(t) * stride, ni, centre + std::size_t(t) * ni);
       pad();
       for (int t = 0; t < n; ++t)
-        weigh_line(centre + std::size_t(t) * ni, ni, kernel, plane + std::size_t(t) * stride, ni);
+        convolve_row(centre + std::size_t(t) * ni, ni, kernel, plane + std::size_t(t) * stride, ni);
     });
   }
 }
@@ -93,7 +94,7 @@ void smooth_by_least_spacing(std::vector<float>& values, const BoxGrid& grid, co
 
 namespace {
 
-/// Copies the voxels of a box.
+/// Copies the voxels of a box; those that are not finite become 0.
 void copy_voxels(const Volume& volume, const VoxelBox& box, BoxImage& image, const RunJobs& run) {
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
@@ -112,7 +113,7 @@ void copy_voxels(const Volume& volume, const VoxelBox& box, BoxImage& image, con
   });
 }
 
-/// Voxels of a volume in a cell along an axis.
+/// Range of the voxels of a volume that overlap a cell, along an axis.
 struct CellVoxels {
   int first, end;
   double begin, stop;  ///< limits of the cell, voxels
@@ -123,13 +124,13 @@ struct CellVoxels {
     first = std::min(static_cast<int>(begin + kRounding), size - 1);
     end = std::clamp(static_cast<int>(std::ceil(stop - kRounding)), first + 1, size);
   }
-  /// Part of a voxel in the cell.
+  /// Fraction of a voxel that lies in the cell.
   float weight(int voxel) const {
     return static_cast<float>(std::max(std::min(voxel + 1.0, stop) - std::max<double>(voxel, begin), 0.0));
   }
 };
 
-/// Averages voxels over the cells of a box.
+/// Averages finite voxels over the cells of a box.
 void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& box, BoxImage& image,
                    const RunJobs& run) {
   const std::array<int, 3>& size = volume.geometry().size;
@@ -138,7 +139,7 @@ void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& b
   columns.reserve(box.size[0]);
   for (int i = 0; i < box.size[0]; ++i) columns.emplace_back(box.first[0] + i, cell[0], size[0]);
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
-    const std::span<const T> all = volume.voxels<T>();
+    const std::span<const T> values = volume.voxels<T>();
     run(box.size[2], [&](int k) {
       const CellVoxels planes(box.first[2] + k, cell[2], size[2]);
       std::vector<float> sum(voxels.size[0]), weight(voxels.size[0]);
@@ -146,12 +147,12 @@ void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& b
         const CellVoxels rows(box.first[1] + j, cell[1], size[1]);
         std::ranges::fill(sum, 0.0f);
         std::ranges::fill(weight, 0.0f);
-        float whole = 0;
+        float row_weight = 0;
         for (int z = planes.first; z < planes.end; ++z) {
           for (int y = rows.first; y < rows.end; ++y) {
-            const T* const from = all.data() + volume.offset(voxels.first[0], y, z);
+            const T* const from = values.data() + volume.offset(voxels.first[0], y, z);
             const float w = planes.weight(z) * rows.weight(y);
-            whole += w;
+            row_weight += w;
             for (int x = 0; x < voxels.size[0]; ++x) {
               const float value = static_cast<float>(from[x]);
               const bool finite = std::isfinite(value);
@@ -162,14 +163,14 @@ void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& b
         }
         const std::size_t row = box.offset(0, j, k);
         for (int i = 0; i < box.size[0]; ++i) {
-          float total = 0, finite = 0, possible = 0;
+          float total = 0, finite = 0, all = 0;
           for (int x = columns[i].first; x < columns[i].end; ++x) {
             const float w = columns[i].weight(x);
             total += w * sum[x - voxels.first[0]];
             finite += w * weight[x - voxels.first[0]];
-            possible += w * whole;
+            all += w * row_weight;
           }
-          const bool is_finite = finite > 0 && 2 * finite >= possible;
+          const bool is_finite = finite > 0 && 2 * finite >= all;
           image.finite[row + i] = is_finite;
           image.value[row + i] = is_finite ? total / finite : 0;
         }
@@ -180,7 +181,7 @@ void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& b
 
 }  // namespace
 
-BoxImage cut_out(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
+BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
   BoxImage image{{box.size}, {}, {}};
   const int n = image.grid.count();
   image.value.resize(n);
@@ -189,21 +190,13 @@ BoxImage cut_out(const Volume& volume, const CellSize& cell, const VoxelBox& box
     copy_voxels(volume, box, image, run);
   else
     average_cells(volume, cell, box, image, run);
-  // Percentiles of every s-th voxel.
+  // Percentiles of every step-th cell.
   std::vector<float> sample;
   const int step = std::max(1, n / 200000) | 1;
   for (int v = 0; v < n; v += step)
     if (image.finite[v]) sample.push_back(image.value[v]);
   float low = 0, high = 1;
-  if (!sample.empty()) {
-    const auto percentile = [&](double share) {
-      const auto at = sample.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sample.size() - 1));
-      std::nth_element(sample.begin(), at, sample.end());
-      return *at;
-    };
-    low = percentile(0.01);
-    high = percentile(0.99);
-  }
+  if (!sample.empty()) low = quantile(sample, 0.01), high = quantile(sample, 0.99);
   // A power of two, which changes no bit of ordinary intensities: range and inverse range must not overflow.
   const float unit = !std::isfinite(high - low) ? 0.25f : high - low < 0x1p-120f ? 0x1p100f : 1.0f;
   low *= unit, high *= unit;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box of a volume as the evidence field sees it.
+// Intensities of a box of cells.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -14,21 +14,21 @@
 
 namespace simplexseg {
 
-/// Gaussian, separable, cut at three deviations, the border's value going on beyond it; `sigma` in voxels of each axis,
-/// an axis with less than 0.2 is left alone.
+/// Smooths by a separable Gaussian, truncated at three standard deviations; values beyond the border repeat the
+/// outermost one. `sigma`: standard deviation along each axis, cells; below 0.2 the axis is not smoothed.
 void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& sigma, const RunJobs& run);
 
-/// The same by a deviation in voxels of the least spacing.
+/// Smooths by a Gaussian with the same standard deviation in mm along all axes: `voxels` times the smallest spacing.
 void smooth_by_least_spacing(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& spacing_mm,
                              double voxels, const RunJobs& run);
 
 struct BoxImage {
   BoxGrid grid;
-  std::vector<float> value;          ///< 1st percentile of the box 0, 99th 1, clamped
-  std::vector<std::uint8_t> finite;  ///< 0 where the volume is not; value is 0 there
+  std::vector<float> value;          ///< intensity, 0 at the 1st percentile of the box to 1 at the 99th, clamped
+  std::vector<std::uint8_t> finite;  ///< 0 where the image is not finite; the intensity is 0 there
 };
-/// Image of a box of cells. The intensity of a cell is the mean of its finite voxels, weighted by their part in the
-/// cell; the cell is finite if they are at least half of it.
-BoxImage cut_out(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
+/// Image of a box of cells. The intensity of a cell is the mean of its finite voxels, weighted by the fraction of each
+/// that lies in the cell; the cell is finite if these are at least half of it.
+BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
 
 }  // namespace simplexseg

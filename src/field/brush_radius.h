@@ -8,14 +8,15 @@
 
 namespace simplexseg {
 
-/// Radius in mm for the mark of a click: large where the click is far from the object's surface, as a user clicks in
-/// the middle of what is wrong, but no nearer than half way to what is known to be on the other side; the sides of the
-/// box count as outside. A click in a thin layer beside the surface gets a mark that does not reach through it.
-/// `object` (0 or 1) and `known` are of the voxels of `box`. The least radius for a boundary mark.
+/// Radius of the mark of a click, mm. It increases with the distance to the surface, since users click in the middle of
+/// an error, and is at most half of the distance to the nearest constraint of the other kind; sides of the box are
+/// outside. Near the surface it is at most that distance, so that the mark does not cross a thin error. Boundary marks
+/// have least_brush_radius_mm(). `object` (0 or 1), `constraints`: a value for each voxel of `box`. Source:
+/// docs/mathematics.md 8.8.
 double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> object,
-                       std::span<const Constraint> known, MarkKind kind, const Eigen::Vector3d& position_mm,
+                       std::span<const Constraint> constraints, MarkKind kind, const Eigen::Vector3d& position_mm,
                        const EvidenceSettings& settings = {});
-/// The same where there is no field yet.
+/// Radius of the mark of a click without a field, mm.
 double least_brush_radius_mm(const VolumeGeometry& geometry, const EvidenceSettings& settings = {});
 
 }  // namespace simplexseg

@@ -7,8 +7,8 @@
 
 namespace simplexseg {
 
-/// Trilinear resampling of the values of a box of cells to a box of other cells of the same volume. Values of 0 are
-/// unknown and get no weight; where all are unknown, and outside the box, the result is 0. Exact for equal cells.
+/// Trilinear resampling from a box of cells to a box of other cells of the same volume. Values of 0 are unknown and
+/// have no weight; the result is 0 where all eight are unknown, and outside the box. Exact for equal cells.
 struct CellResampling {
   int from_size[3], to_size[3];
   float scale[3], shift[3];  ///< index in the box `from`: scale * index in the box `to` + shift

@@ -10,15 +10,16 @@ namespace simplexseg {
 namespace {
 
 constexpr int kLeastBlocks = 8;    // along an axis
-constexpr double kRoundUp = 0.25;  // widths from n + 0.75 on become n + 1
+constexpr double kRoundUp = 0.25;  // widths of n + 0.75 or more are rounded up
 
-std::array<int, 3> width_for(const VolumeGeometry& volume, const BoxGrid& grid, double reach_mm,
+std::array<int, 3> width_for(const VolumeGeometry& volume, const BoxGrid& grid, double scale_mm,
                              const EvidenceSettings& settings) {
   const double least = volume.spacing_mm.minCoeff();
-  const int wide = std::clamp(static_cast<int>(reach_mm / least / settings.least_reach + kRoundUp), 1, kWidestBlock);
+  const int cells =
+      std::clamp(static_cast<int>(scale_mm / least / settings.blocks_per_scale + kRoundUp), 1, kWidestBlock);
   std::array<int, 3> width;
   for (int a = 0; a < 3; ++a) {
-    width[a] = std::max(1, static_cast<int>(std::lround(wide * least / volume.spacing_mm[a])));
+    width[a] = std::max(1, static_cast<int>(std::lround(cells * least / volume.spacing_mm[a])));
     width[a] = std::clamp(grid.size[a] / kLeastBlocks, 1, width[a]);
   }
   return width;
@@ -27,8 +28,8 @@ std::array<int, 3> width_for(const VolumeGeometry& volume, const BoxGrid& grid, 
 }  // namespace
 
 CoarseImage coarse_image(const VolumeGeometry& volume, const BoxImage& image, const std::array<int, 3>& first,
-                         double reach_mm, const EvidenceSettings& settings, const RunJobs& run) {
-  CoarseImage coarse{VoxelBlocks(image.grid, width_for(volume, image.grid, reach_mm, settings)), {}, {}, {}, {}};
+                         double scale_mm, const EvidenceSettings& settings, const RunJobs& run) {
+  CoarseImage coarse{VoxelBlocks(image.grid, width_for(volume, image.grid, scale_mm, settings)), {}, {}, {}, {}};
   const BoxGrid& grid = coarse.blocks.coarse;
   coarse.geometry = coarse.blocks.geometry(volume, first);
   for (int a = 0; a < 3; ++a) coarse.spacing_mm[a] = coarse.geometry.spacing_mm[a];

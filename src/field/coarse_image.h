@@ -16,7 +16,7 @@ namespace simplexseg {
 
 inline constexpr int kWidestBlock = 4;  ///< largest width of a block of the prior, cells
 
-/// The image in a box on blocks of voxels, as the prior sees it.
+/// Image of a box on the blocks of the prior.
 struct CoarseImage {
   VoxelBlocks blocks;
   VolumeGeometry geometry;  ///< of the blocks
@@ -24,21 +24,22 @@ struct CoarseImage {
   std::vector<float> smoothed;
   FeatureLists features;  ///< voxel_features.h
 };
-/// What is known of a block: what most of its voxels are, else `side`, which a voxel on a side of the box gives it.
-SIMPLEXSEG_HD Constraint known_of_block(int outside, int not_finite, int voxels, Constraint side) {
+/// Constraint of a block without the marks: NotFinite or Outside if at least half of its voxels are, else `side`.
+SIMPLEXSEG_HD Constraint constraint_of_block(int outside, int not_finite, int voxels, Constraint side) {
   return 2 * not_finite >= voxels ? Constraint::NotFinite : 2 * outside >= voxels ? Constraint::Outside : side;
 }
-/// `side` of a block, as far as its voxels have been asked, with one more.
-SIMPLEXSEG_HD Constraint side_with(Constraint side, Constraint voxel) {
+/// Constraint `side` of a block after one more of its voxels: FarBorder, VolumeEdge or None, in this precedence.
+SIMPLEXSEG_HD Constraint side_constraint(Constraint side, Constraint voxel) {
   return voxel == Constraint::FarBorder || (voxel == Constraint::VolumeEdge && side == Constraint::None) ? voxel : side;
 }
-/// Mean of a block's voxels of a field before, of which `known` are not 0, which is: not known.
-SIMPLEXSEG_HD std::uint8_t mean_before(int sum, int known) {
-  return static_cast<std::uint8_t>(known == 0 ? 0 : (sum + known / 2) / known);
+/// Mean of the previous field over the `count` voxels of a block where it is known, rounded; 0 (unknown) without any.
+SIMPLEXSEG_HD std::uint8_t mean_of_previous(int sum, int count) {
+  return static_cast<std::uint8_t>(count == 0 ? 0 : (sum + count / 2) / count);
 }
 
-/// `volume`: its geometry; `first`: the box's first voxel; blocks as wide as fits an object of this scale.
+/// Computes the image of a box whose first cell is `first`, on blocks with a width for an object of this scale.
+/// `volume`: grid of all cells of the volume. Source: docs/mathematics.md 8.1.
 CoarseImage coarse_image(const VolumeGeometry& volume, const BoxImage& image, const std::array<int, 3>& first,
-                         double reach_mm, const EvidenceSettings& settings, const RunJobs& run);
+                         double scale_mm, const EvidenceSettings& settings, const RunJobs& run);
 
 }  // namespace simplexseg

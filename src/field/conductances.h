@@ -8,7 +8,7 @@ namespace simplexseg {
 inline constexpr double kShareOfDifferences = 0.75;  ///< quantile of the inner difference (fetch_inner_difference())
 inline constexpr int kLeastDifferences = 20;         ///< least number of differences for it
 
-/// Sharpness beta of the conductances for such differences within the object, by EvidenceSettings.
+/// Sharpness beta of the conductances, per squared intensity, for this inner difference (fetch_inner_difference()).
 double sharpness_of(float inner_difference, const EvidenceSettings& settings);
 
 }  // namespace simplexseg

@@ -21,19 +21,20 @@ std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const Vo
                                         std::span<const std::uint8_t> finite, std::span<const Mark> marks,
                                         std::span<const Mark> others) {
   const CpuFieldExecutor executor;
-  std::vector<Constraint> known(box.voxel_count());
-  ConstraintVoxels<CpuFieldExecutor>(executor).find(geometry, box, finite.empty() ? nullptr : finite.data(), marks,
-                                                    others, known.data());
-  return known;
+  std::vector<Constraint> constraints(box.voxel_count());
+  ConstraintMask<CpuFieldExecutor>(executor).find(geometry, box, finite.empty() ? nullptr : finite.data(), marks,
+                                                  others, constraints.data());
+  return constraints;
 }
 
-FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> known, const VoxelBox& box) {
+FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> constraints,
+                            const VoxelBox& box) {
   const CpuFieldExecutor executor;
   FieldObject object;
   object.voxels.resize(box.voxel_count());
   const auto found =
-      ParallelObject<CpuFieldExecutor>(executor, box).find(field.data(), known.data(), object.voxels.data());
-  object.around = found.around, object.count = found.count, object.border_share = found.border_share;
+      ParallelObject<CpuFieldExecutor>(executor, box).find(field.data(), constraints.data(), object.voxels.data());
+  object.bounds = found.bounds, object.count = found.count, object.border_share = found.border_share;
   return object;
 }
 

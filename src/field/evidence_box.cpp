@@ -9,9 +9,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kLeastCell = 1.3;  // voxels: in smaller cells, neighbours share most of their voxels
+constexpr double kLeastCell = 1.3;  // voxels; neighbours of smaller cells share most of their voxels
 
-/// `low` and `high`: indices, high included. The margin is a share of the largest extent, in mm, along all axes.
+/// Box from index `low` to `high`, both included, with the same margin in mm along all axes, within the volume.
 VoxelBox with_margin(const Eigen::Array3d& low, const Eigen::Array3d& high, double share, double least_voxels,
                      const VolumeGeometry& geometry) {
   const Eigen::Array3d spacing = geometry.spacing_mm.array();
@@ -36,9 +36,9 @@ VoxelBox box_around_marks(std::span<const Mark> marks, const VolumeGeometry& geo
   for (const Mark& mark : marks) {
     const Eigen::Array3d centre = (index_from_world * mark.position_mm).array();
     const double radius_mm = mark.kind == MarkKind::Boundary ? 2 * mark.radius_mm : mark.radius_mm;
-    const Eigen::Array3d reach = radius_mm * index_from_world.linear().rowwise().norm().array();
-    low = low.min(centre - reach);
-    high = high.max(centre + reach);
+    const Eigen::Array3d extent = radius_mm * index_from_world.linear().rowwise().norm().array();
+    low = low.min(centre - extent);
+    high = high.max(centre + extent);
   }
   return with_margin(low, high, margin_share, least_margin, geometry);
 }
@@ -54,16 +54,16 @@ VoxelBox box_around(const VoxelBox& a, const VoxelBox& b) {
   return box;
 }
 
-CellSize cell_size_for(const VoxelBox& voxels, const VolumeGeometry& volume, double reach_mm,
+CellSize cell_size_for(const VoxelBox& voxels, const VolumeGeometry& volume, double scale_mm,
                        const EvidenceSettings& settings) {
-  constexpr double kLargestPart = 0.93;  // of the block of the largest size that the prior allows, see width_for()
-  const double voxel_mm = volume.spacing_mm.minCoeff(), block_mm = kLargestPart * reach_mm / settings.least_reach;
+  constexpr double kLargestPart = 0.93;  // share of the largest block of the prior, see width_for()
+  const double voxel_mm = volume.spacing_mm.minCoeff(), block_mm = kLargestPart * scale_mm / settings.blocks_per_scale;
   const auto fits = [&](const CellSize& cell) {
     return static_cast<double>(cells_around(voxels, cell, volume.size).voxel_count()) <= settings.max_cells;
   };
   if (fits(kVoxelCells)) return kVoxelCells;
   for (int parts = kWidestBlock;; --parts) {
-    // Below one part, the blocks of the prior are larger than the scale of the object asks for.
+    // Below one part, blocks are larger than the prior requires for the scale of the object.
     const double cell_mm = parts > 0 ? block_mm / parts : block_mm * std::exp2(0.25 * (1 - parts));
     CellSize cell;
     for (int a = 0; a < 3; ++a) cell[a] = std::max(1.0, cell_mm / volume.spacing_mm[a]);
@@ -77,12 +77,12 @@ VoxelBox grow_around(const VoxelBox& box, const VoxelBox& object, const VolumeGe
     low[a] = object.first[a];
     high[a] = object.first[a] + object.size[a] - 1;
   }
-  const VoxelBox need = with_margin(low, high, 0.15, 5, geometry), want = with_margin(low, high, 0.3, 10, geometry);
+  const VoxelBox least = with_margin(low, high, 0.15, 5, geometry), target = with_margin(low, high, 0.3, 10, geometry);
   VoxelBox grown = box;
   for (int a = 0; a < 3; ++a) {
     int first = box.first[a], end = box.first[a] + box.size[a];
-    if (need.first[a] < first) first = want.first[a];
-    if (need.first[a] + need.size[a] > end) end = want.first[a] + want.size[a];
+    if (least.first[a] < first) first = target.first[a];
+    if (least.first[a] + least.size[a] > end) end = target.first[a] + target.size[a];
     grown.first[a] = first;
     grown.size[a] = end - first;
   }

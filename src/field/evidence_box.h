@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The box of voxels that the field is solved on: it finds itself.
+// Region of interest of a field: first box, cells and automatic growth.
 #pragma once
 #include <span>
 
@@ -11,23 +11,24 @@
 
 namespace simplexseg {
 
-/// Around all marks, within the volume, with a margin of a share of their extent and no less than so many of the
-/// smallest voxels.
+/// Bounding box of the marks, within the volume, with a margin: the larger of a share of their largest extent and of
+/// `least_margin` times the smallest spacing.
 VoxelBox box_around_marks(std::span<const Mark> marks, const VolumeGeometry& geometry, double margin_share,
                           double least_margin);
 
-/// The smallest box that holds two others; one of size 0 counts as none.
+/// Smallest box that contains two others; a box of size 0 is ignored.
 VoxelBox box_around(const VoxelBox& a, const VoxelBox& b);
 
-/// Cells for an object of this scale (seed_scale()) in a box of voxels: the voxels, or the smallest cells with which
-/// the box has at most EvidenceSettings::max_cells and a block of the prior is a whole number of cells wide, at most
-/// kWidestBlock. The blocks, and so the result, then hardly depend on the spacing of the image. All edges of a cell are
-/// equally long (mm), except along axes of larger voxels.
-CellSize cell_size_for(const VoxelBox& voxels, const VolumeGeometry& volume, double reach_mm,
+/// Size of the cells for an object of this scale (seed_scale()) in a box of voxels: one voxel, or the smallest size
+/// with which the box has at most EvidenceSettings::max_cells and a block of the prior is an integer number of cells
+/// wide, at most kWidestBlock. Blocks, and thus the result, then hardly depend on the spacing of the image. All edges
+/// of a cell have the same length (mm), except along axes with larger voxels.
+CellSize cell_size_for(const VoxelBox& voxels, const VolumeGeometry& volume, double scale_mm,
                        const EvidenceSettings& settings);
 
-/// Moves each side that `object` (a box within the volume) has come near: nearer than 0.15 of its extent or five of the
-/// smallest voxels; to 0.3 of the extent or ten voxels, at most to the volume's side. Returns `box` where none has.
+/// Moves each side of a box that is nearer to the bounding box of the object than 0.15 of its extent or 5 of the
+/// smallest voxels, to 0.3 of the extent or 10 voxels, at most to the side of the volume. Returns `box` if there is no
+/// such side.
 VoxelBox grow_around(const VoxelBox& box, const VoxelBox& object, const VolumeGeometry& geometry);
 
 }  // namespace simplexseg

@@ -11,18 +11,18 @@
 #include "core/expect.h"
 #include "field/brush_radius.h"
 #include "field/evidence_box.h"
-#include "field/seed_reach.h"
+#include "field/seed_scale.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr int most_growths = 12;
-constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
-constexpr double leak_share = 0.05;
-constexpr double kLeastFill = 0.2;        // part of its bounding box that a spreading object fills; thin ones fill less
-constexpr int kMostCutSides = 3;          // of a box, by which an object can be cut at a corner
-constexpr double unsaid_corrections = 4;  // that count as half of either kind, before marks say which way they go
-constexpr double unsaid_marks = 10;       // by which where the surface was is half believed: it is rough at first
+constexpr int kMostGrowths = 12;
+constexpr double kGrowingTolerance = 0.1;     // of the solver while the box grows
+constexpr double kLeakShare = 0.05;           // share of the object in the cells near the sides of the box
+constexpr double kLeastFill = 0.2;            // share of a spreading object in its bounding box; thin ones have less
+constexpr int kMostCutSides = 3;              // sides by which a corner of a box cuts an object
+constexpr double kHalfOffsetCorrections = 4;  // equal corrections with half of the largest offset
+constexpr double kHalfWeightMarks = 10;       // marks with half of the largest temporal weight
 
 /// Returns true when the object spreads: it is near a side of the box beyond which the volume continues, or near more
 /// of the volume's own sides than an object in a corner of the volume. `near_mm`: largest distance from a side.
@@ -50,14 +50,14 @@ EvidenceField::EvidenceField(Volume volume, const RunJobs& run, const EvidenceSe
                              const MakeFieldSolver& make)
     : volume_(std::make_unique<Volume>(std::move(volume))), settings_(settings) {
   if (volume_->empty()) throw Error("the segmentation field", "no image is open", "open an image first");
-  voxels_ = make(*volume_, run, settings_);
+  solver_ = make(*volume_, run, settings_);
   cells_ = volume_->geometry();
 }
 
 void EvidenceField::set_region(const VoxelBox& voxels) {
   const VolumeGeometry& volume = volume_->geometry();
   region_ = voxels;
-  cell_ = cell_size_for(voxels, volume, reach_mm_, settings_);
+  cell_ = cell_size_for(voxels, volume, scale_mm_, settings_);
   cells_ = cell_geometry(volume, cell_);
   box_ = cells_around(voxels, cell_, volume.size);
 }
@@ -78,15 +78,15 @@ void EvidenceField::check(std::span<const Mark> marks) const {
   if (!inside) throw Error("the marks", "none lies inside the object", "place a seed or an inside mark in the object");
 }
 
-void EvidenceField::remember(std::span<const Mark> marks) {
+void EvidenceField::set_marks(std::span<const Mark> marks) {
   const auto same = static_cast<std::size_t>(
       std::mismatch(marks_.begin(), marks_.end(), marks.begin(), marks.end()).first - marks_.begin());
   if (same == marks_.size() && marks.size() > same) {
-    voxels_->keep_before();
-    fresh_ = same;
-  } else if (same < fresh_) {
-    voxels_->forget_before();
-    fresh_ = same;
+    solver_->store_previous();
+    first_new_mark_ = same;
+  } else if (same < first_new_mark_) {
+    solver_->discard_previous();
+    first_new_mark_ = same;
   }
   std::vector<Correction> corrections;
   for (const Mark& mark : marks) {
@@ -97,50 +97,52 @@ void EvidenceField::remember(std::span<const Mark> marks) {
   marks_.assign(marks.begin(), marks.end());
 }
 
-void EvidenceField::look_back() {
-  before_.clear();
-  if (!voxels_->has_before()) return;
+void EvidenceField::find_corrections() {
+  previous_sides_.clear();
+  if (!solver_->has_previous()) return;
   std::vector<Eigen::Vector3d> places;
-  for (std::size_t m = fresh_; m < marks_.size(); ++m) places.push_back(marks_[m].position_mm);
-  before_ = voxels_->before(places);
-  for (std::size_t m = fresh_; m < marks_.size(); ++m) corrections_[m] = correction_of(marks_[m], before_[m - fresh_]);
+  for (std::size_t m = first_new_mark_; m < marks_.size(); ++m) places.push_back(marks_[m].position_mm);
+  previous_sides_ = solver_->previous_sides(places);
+  for (std::size_t m = first_new_mark_; m < marks_.size(); ++m)
+    corrections_[m] = correction_of(marks_[m], previous_sides_[m - first_new_mark_]);
 }
 
-EvidenceField::Correction EvidenceField::correction_of(const Mark& mark, const FieldSolver::Before& before) const {
-  const bool was = before.object;
-  if (mark.kind == (was ? MarkKind::Inside : MarkKind::Outside)) return {};
-  const double voxel = cells_.spacing_mm.minCoeff(), depth = before.depth_mm;
+EvidenceField::Correction EvidenceField::correction_of(const Mark& mark,
+                                                       const FieldSolver::PreviousSide& previous) const {
+  const bool in_object = previous.object;
+  if (mark.kind == (in_object ? MarkKind::Inside : MarkKind::Outside)) return {};
+  const double voxel = cells_.spacing_mm.minCoeff(), depth = previous.depth_mm;
   const bool boundary = mark.kind == MarkKind::Boundary;
-  // A dot is in the middle of what was wrong, a boundary mark at its end.
-  if (depth > (boundary ? 2 : 1) * settings_.surface_layer * voxel) return {0, 0, depth};
-  // At a dot nobody said how far off the surface was (docs/adr/0034-shift-at-boundary-marks-only.md).
-  const double off = boundary ? std::max(0.0, depth - 0.5 * voxel) : 0;
-  return was ? Correction{-1, -off, 0} : Correction{1, off, 0};
+  // Inside and outside marks are placed in the middle of an error, boundary marks at its end.
+  if (depth > (boundary ? 2 : 1) * settings_.band_half_width * voxel) return {0, 0, depth};
+  // Only boundary marks measure the error of the surface (docs/adr/0034-shift-at-boundary-marks-only.md).
+  const double error = boundary ? std::max(0.0, depth - 0.5 * voxel) : 0;
+  return in_object ? Correction{-1, -error, 0} : Correction{1, error, 0};
 }
 
 BandTerms EvidenceField::band_terms() const {
-  BandTerms said;
-  double sum = 0, count = unsaid_corrections;
-  for (const Correction& correction : corrections_) sum += correction.way, count += std::abs(correction.way);
-  said.offset_log_odds = settings_.surface_offset * sum / count;
-  if (!voxels_->has_before() || !settings_.memory) return said;
-  if (settings_.surface_memory == 0 && settings_.surface_pull == 0) return said;
+  BandTerms terms;
+  double sum = 0, count = kHalfOffsetCorrections;
+  for (const Correction& correction : corrections_) sum += correction.sign, count += std::abs(correction.sign);
+  terms.offset_log_odds = settings_.band_offset * sum / count;
+  if (!solver_->has_previous() || !settings_.memory) return terms;
+  if (settings_.temporal_weight == 0 && settings_.shift_weight == 0) return terms;
   const auto marks = static_cast<double>(marks_.size());
-  said.temporal_weight = settings_.surface_memory * marks / (marks + unsaid_marks);
-  for (std::size_t m = fresh_; m < marks_.size(); ++m) {
+  terms.temporal_weight = settings_.temporal_weight * marks / (marks + kHalfWeightMarks);
+  for (std::size_t m = first_new_mark_; m < marks_.size(); ++m) {
     const Correction& correction = corrections_[m];
-    if (correction.out_mm == 0 && correction.deep_mm == 0) continue;
-    SurfaceMove& move = said.moves.emplace_back();
+    if (correction.outward_mm == 0 && correction.error_depth_mm == 0) continue;
+    SurfaceShift& shift = terms.shifts.emplace_back();
     const Eigen::Vector3d index = cells_.index_from_world() * marks_[m].position_mm;
     for (int a = 0; a < 3; ++a)
-      move.at_mm[a] = static_cast<float>((index[a] - voxels_->box().first[a]) * cells_.spacing_mm[a]);
-    move.out_voxels = static_cast<float>(correction.out_mm / cells_.spacing_mm.minCoeff());
-    move.deep_mm = static_cast<float>(correction.deep_mm);
+      shift.at_mm[a] = static_cast<float>((index[a] - solver_->box().first[a]) * cells_.spacing_mm[a]);
+    shift.outward_voxels = static_cast<float>(correction.outward_mm / cells_.spacing_mm.minCoeff());
+    shift.error_depth_mm = static_cast<float>(correction.error_depth_mm);
   }
-  return said;
+  return terms;
 }
 
-void EvidenceField::measure_reach(std::span<const Mark> marks) {
+void EvidenceField::measure_scale(std::span<const Mark> marks) {
   Mark largest;
   for (const Mark& mark : marks)
     if (mark.kind != MarkKind::Outside && mark.radius_mm > largest.radius_mm) largest = mark;
@@ -149,106 +151,112 @@ void EvidenceField::measure_reach(std::span<const Mark> marks) {
   const SeedScale scale = largest.kind == MarkKind::Inside
                               ? seed_scale(*volume_, largest.position_mm, largest.radius_mm)
                               : SeedScale{largest.radius_mm, false};
-  reach_mm_ = scale.reach_mm;
-  has_wall_ = scale.has_wall;
+  scale_mm_ = scale.scale_mm;
+  has_edges_ = scale.has_edges;
 }
 
-std::optional<Eigen::Vector3d> EvidenceField::middle_of_wrong(const Mark& mark, bool inside) const {
-  constexpr double step_voxels = 0.25;
+std::optional<Eigen::Vector3d> EvidenceField::centre_of_error(const Mark& mark, bool inside) const {
+  constexpr double kStepVoxels = 0.25;
   const double voxel = cells_.spacing_mm.minCoeff();
-  const Eigen::Vector3d way = (inside ? -voxel : voxel) * mark.outward.normalized();
-  std::vector<double> far;
+  const Eigen::Vector3d direction = (inside ? -voxel : voxel) * mark.outward.normalized();
+  std::vector<double> distances;
   std::vector<Eigen::Vector3d> places;
-  for (double t = 0.5; t <= 0.5 + 2 * mark.radius_mm / voxel; t += step_voxels) {
-    far.push_back(t);
-    places.emplace_back(mark.position_mm + t * way);
+  for (double t = 0.5; t <= 0.5 + 2 * mark.radius_mm / voxel; t += kStepVoxels) {
+    distances.push_back(t);
+    places.emplace_back(mark.position_mm + t * direction);
   }
-  const std::vector<std::uint8_t> was = voxels_->was_object(places);
+  const std::vector<std::uint8_t> in_object = solver_->previous_object(places);
   double sum = 0;
   int wrong = 0;
   for (std::size_t p = 0; p < places.size(); ++p)
-    if ((was[p] != 0) != inside) sum += far[p], ++wrong;
+    if ((in_object[p] != 0) != inside) sum += distances[p], ++wrong;
   if (wrong == 0) return std::nullopt;
-  return mark.position_mm + sum / wrong * way;
+  return mark.position_mm + sum / wrong * direction;
 }
 
 std::vector<NewMarkBall> EvidenceField::new_mark_balls() const {
-  std::vector<NewMarkBall> fresh;
-  std::vector<std::size_t> elsewhere;  // those that are not where their mark is
+  std::vector<NewMarkBall> new_balls;
+  std::vector<std::size_t> boundary_balls;
   std::vector<Eigen::Vector3d> centres;
   const auto add = [&](const Eigen::Vector3d& centre_mm, double radius_mm, bool inside) {
-    elsewhere.push_back(fresh.size());
+    boundary_balls.push_back(new_balls.size());
     centres.push_back(centre_mm);
-    fresh.push_back({centre_mm, radius_mm, inside, 0});
+    new_balls.push_back({centre_mm, radius_mm, inside, 0});
   };
-  for (std::size_t m = fresh_; m < fresh_ + before_.size(); ++m) {
+  for (std::size_t m = first_new_mark_; m < first_new_mark_ + previous_sides_.size(); ++m) {
     const Mark& mark = marks_[m];
     if (mark.kind != MarkKind::Boundary) {
-      fresh.push_back({mark.position_mm, mark.radius_mm, mark.kind == MarkKind::Inside, before_[m - fresh_].depth_mm});
+      new_balls.push_back({mark.position_mm, mark.radius_mm, mark.kind == MarkKind::Inside,
+                           previous_sides_[m - first_new_mark_].depth_mm});
       continue;
     }
-    const std::size_t had = fresh.size();
+    const std::size_t count = new_balls.size();
     for (const bool inside : {true, false})
-      if (const auto middle = middle_of_wrong(mark, inside)) add(*middle, mark.radius_mm, inside);
-    if (fresh.size() > had) continue;
+      if (const auto centre = centre_of_error(mark, inside)) add(*centre, mark.radius_mm, inside);
+    if (new_balls.size() > count) continue;
     const Eigen::Vector3d step = ball_offset(mark);
     add(mark.position_mm - step, mark.radius_mm, true);
     add(mark.position_mm + step, mark.radius_mm, false);
   }
-  if (centres.empty()) return fresh;
-  const std::vector<FieldSolver::Before> before = voxels_->before(centres);
-  for (std::size_t e = 0; e < elsewhere.size(); ++e) fresh[elsewhere[e]].depth_mm = before[e].depth_mm;
-  return fresh;
+  if (centres.empty()) return new_balls;
+  const std::vector<FieldSolver::PreviousSide> previous = solver_->previous_sides(centres);
+  for (std::size_t b = 0; b < boundary_balls.size(); ++b) new_balls[boundary_balls[b]].depth_mm = previous[b].depth_mm;
+  return new_balls;
 }
 
-void EvidenceField::take(const FieldSolver::Solved& solved) {
+void EvidenceField::record(const FieldSolver::Solved& solved) {
   report_.iterations = solved.iterations;
   report_.error = solved.error;
-  around_ = solved.around;
+  bounds_ = solved.bounds;
   object_mm3_ = static_cast<double>(solved.count) * cells_.spacing_mm.prod();
   border_share_ = solved.border_share;
 }
 
 bool EvidenceField::spreads(const VoxelBox& grown) const {
-  const double ball_mm3 = 4 * std::numbers::pi / 3 * std::pow(reach_mm_, 3);
-  const double box_mm3 = static_cast<double>(around_.voxel_count()) * cells_.spacing_mm.prod();
-  if (!has_wall_ || object_mm3_ <= settings_.max_volume * ball_mm3 || object_mm3_ < kLeastFill * box_mm3) return false;
+  const double ball_mm3 = 4 * std::numbers::pi / 3 * std::pow(scale_mm_, 3);
+  const double box_mm3 = static_cast<double>(bounds_.voxel_count()) * cells_.spacing_mm.prod();
+  if (!has_edges_ || object_mm3_ <= settings_.max_volume * ball_mm3 || object_mm3_ < kLeastFill * box_mm3) return false;
   int moved = 0;
   for (int a = 0; a < 3; ++a) {
     moved += grown.first[a] < box_.first[a];
     moved += grown.first[a] + grown.size[a] > box_.first[a] + box_.size[a];
   }
-  return border_share_ >= leak_share || moved > kMostCutSides;
+  return border_share_ >= kLeakShare || moved > kMostCutSides;
 }
 
-void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> others, const ReportProgress& report) {
+void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> others, const ReportProgress& report,
+                           const std::function<void()>& box_solved) {
   check(marks);
-  UpdateProgress& progress = voxels_->progress();
+  UpdateProgress& progress = solver_->progress();
   progress.start(report);
   const VolumeGeometry& volume = volume_->geometry();
-  measure_reach(marks);
+  measure_scale(marks);
   set_region(box_around(region_, box_around_marks(marks, volume, settings_.margin_share, settings_.least_margin)));
   report_ = {};
-  remember(marks);
-  // Rough fields let the box grow; once it no longer does the field is solved to the end, which may show it more. One
-  // that held the object the last time mostly does.
-  const double rough = std::max(growing_tolerance, settings_.tolerance);
-  double tolerance = box_ == voxels_->box() ? settings_.tolerance : rough;
+  set_marks(marks);
+  // The box grows by solutions of a larger tolerance; the final solution may require further growth. The box of the
+  // last update is usually large enough.
+  const double growing_tolerance = std::max(kGrowingTolerance, settings_.tolerance);
+  double tolerance = box_ == solver_->box() ? settings_.tolerance : growing_tolerance;
+  double published_mm3 = 0;  // volume of the object at the last call of box_solved
   const auto solve_in_box = [&] {
     progress.begin_pass(!(settings_.tolerance < tolerance));
-    voxels_->set_box(cell_, box_, reach_mm_);
-    look_back();
-    voxels_->set_constraints(marks_, others);
+    solver_->set_box(cell_, box_, scale_mm_);
+    find_corrections();
+    solver_->set_constraints(marks_, others);
     progress.advance(FieldPhase::Constraints);
-    report_.beta = voxels_->learn(marks_, new_mark_balls(), reach_mm_, largest_.radius_mm);
+    report_.beta = solver_->compute_prior(marks_, new_mark_balls(), scale_mm_, largest_.radius_mm);
     progress.advance(FieldPhase::Features);
-    take(voxels_->solve(tolerance, false));
+    record(solver_->solve(tolerance, false));
     progress.advance(FieldPhase::Walker);
+    if (!box_solved || object_mm3_ < 2 * published_mm3 || object_mm3_ == 0) return;
+    published_mm3 = object_mm3_;
+    box_solved();
   };
   VoxelBox before_growth = region_;
   const auto grows = [&] {
-    if (report_.stopped || around_.voxel_count() == 0 || report_.growths == most_growths) return false;
-    const VoxelBox grown = grow_around(box_, around_, cells_);
+    if (report_.stopped || bounds_.voxel_count() == 0 || report_.growths == kMostGrowths) return false;
+    const VoxelBox grown = grow_around(box_, bounds_, cells_);
     if (grown == box_) return false;
     if (spreads(grown)) {
       report_.stopped = true;
@@ -258,7 +266,7 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
     }
     before_growth = region_;
     set_region(voxels_around(grown, cell_, volume.size));
-    tolerance = rough;
+    tolerance = growing_tolerance;
     ++report_.growths;
     return true;
   };
@@ -267,16 +275,16 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
     while (grows());
     if (settings_.tolerance < tolerance) {
       progress.begin_pass(true);
-      take(voxels_->solve(settings_.tolerance, true));
+      record(solver_->solve(settings_.tolerance, true));
       progress.advance(FieldPhase::Walker);
     }
   } while (grows());
-  const FieldSolver::RefinedSurface settled = voxels_->refine_surface(band_terms());
+  const FieldSolver::RefinedSurface refined = solver_->refine_surface(band_terms());
   progress.advance(FieldPhase::Surface);
-  report_.expected_dice = settled.expected_dice;  // of what there was before: looks are surer than they are right
-  around_ = settled.found.around;
-  report_.leaks = report_.stopped || (around_.voxel_count() > 0 && settled.found.border_share >= leak_share &&
-                                      reaches_sides(around_, box_, cells_, kNearSide * cells_.spacing_mm.minCoeff()));
+  report_.expected_dice = refined.expected_dice;
+  bounds_ = refined.found.bounds;
+  report_.leaks = report_.stopped || (bounds_.voxel_count() > 0 && refined.found.border_share >= kLeakShare &&
+                                      reaches_sides(bounds_, box_, cells_, kNearSide * cells_.spacing_mm.minCoeff()));
 }
 
 Mask EvidenceField::object() const {
@@ -292,9 +300,9 @@ Mask EvidenceField::object() const {
 }
 
 double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const {
-  return brush_radius_mm(cells_, box(), object_in_box().voxels, voxels_->known(), kind, position_mm, settings_);
+  return brush_radius_mm(cells_, box(), object_in_box().voxels, solver_->constraints(), kind, position_mm, settings_);
 }
 
-std::size_t EvidenceField::bytes() const { return voxels_->bytes(); }
+std::size_t EvidenceField::bytes() const { return solver_->bytes(); }
 
 }  // namespace simplexseg

@@ -10,19 +10,19 @@
 
 namespace simplexseg {
 
-/// Voxels of a box are near a side of it up to so many steps away from it.
+/// Largest number of voxels between a side of the box and a voxel that is near it.
 inline constexpr int kNearSide = 4;
 
-/// The object that a field says: the voxels above 0.5 that are connected (six neighbours) to an inside mark, and the
-/// holes in them that no outside mark lies in.
+/// Object mask of a field: voxels above 0.5 that are connected (six neighbours) to an inside mark, with their holes
+/// filled except those that contain an outside mark.
 struct FieldObject {
-  std::vector<std::uint8_t> voxels;  ///< of the box, 0 or 1
-  VoxelBox around{};                 ///< the smallest box about them, in the volume's indices; size 0 without any
+  std::vector<std::uint8_t> voxels;  ///< 0 or 1 for each voxel of the box
+  VoxelBox bounds{};                 ///< bounding box of the object, indices of the volume; size 0 without an object
   std::size_t count = 0;             ///< number of voxels of the object
-  double border_share = 0;           ///< of the voxels within four of a side of the box, how many are of the object
+  double border_share = 0;           ///< share of the object in the voxels near the sides of the box
 };
 
-/// Finds the object of a field on the CPU.
-FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> known, const VoxelBox& box);
+/// Computes the object mask of a field on the CPU.
+FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> constraints, const VoxelBox& box);
 
 }  // namespace simplexseg

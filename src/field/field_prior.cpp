@@ -9,14 +9,14 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kLeastCut = 0.2;
-constexpr std::size_t most_samples = 2000;  // of one kind: more teach the classifier nothing, and cost time
+constexpr double kLeastThreshold = 0.2;
+constexpr std::size_t kMostSamples = 2000;  // of one kind; more do not change the classifier
 
 using Samples = std::vector<ClassifierSample>;
 
-/// At most so many of these voxels, evenly, with the weight of all.
+/// Every n-th of these voxels, at most kMostSamples, with equal weights that sum to the number of voxels.
 Samples thinned(std::span<const int> voxels) {
-  Samples samples(std::min(voxels.size(), most_samples));
+  Samples samples(std::min(voxels.size(), kMostSamples));
   const std::size_t count = samples.size();
   const float weight = static_cast<float>(voxels.size()) / static_cast<float>(count);
   for (std::size_t s = 0; s < count; ++s) samples[s] = {voxels[s * voxels.size() / count], weight};
@@ -31,17 +31,17 @@ float total(const Samples& samples) {
 
 }  // namespace
 
-double raise_to_best_cut(std::span<const int, 256> count) {
+double expected_dice_odds_factor(std::span<const int, 256> count) {
   double all = 0;
   for (int p = 0; p < 256; ++p) all += count[p] * p / 255.0;
-  double taken = 0, right = 0, most = 0;
+  double above = 0, overlap = 0, best = 0;
   for (int p = 255; p > 0; --p) {
-    taken += count[p];
-    right += count[p] * p / 255.0;
-    if (taken > 0) most = std::max(most, 2 * right / (taken + all));
+    above += count[p];
+    overlap += count[p] * p / 255.0;
+    if (above > 0) best = std::max(best, 2 * overlap / (above + all));
   }
-  const double cut = std::clamp(most / 2, kLeastCut, 0.5);
-  return (1 - cut) / cut;
+  const double threshold = std::clamp(best / 2, kLeastThreshold, 0.5);
+  return (1 - threshold) / threshold;
 }
 
 std::vector<MarkedBall> marked_balls(std::span<const Mark> marks, const VolumeGeometry& geometry) {
@@ -62,20 +62,21 @@ std::vector<MarkedBall> marked_balls(std::span<const Mark> marks, const VolumeGe
   return balls;
 }
 
-LookSamples look_samples(std::span<const Constraint> known, const EvidenceSettings& settings) {
-  const int n = static_cast<int>(known.size());
+AppearanceSamples appearance_samples(std::span<const Constraint> constraints, const EvidenceSettings& settings) {
+  const int n = static_cast<int>(constraints.size());
   std::vector<int> in, out, side;
-  for (int v = find_other(known, Constraint::None, 0, n); v < n; v = find_other(known, Constraint::None, v + 1, n)) {
-    if (known[v] == Constraint::Inside) in.push_back(v);
-    if (known[v] == Constraint::Outside) out.push_back(v);
-    if (known[v] == Constraint::FarBorder || known[v] == Constraint::VolumeEdge) side.push_back(v);
+  const auto next = [&](int from) { return find_other(constraints, Constraint::None, from, n); };
+  for (int v = next(0); v < n; v = next(v + 1)) {
+    if (constraints[v] == Constraint::Inside) in.push_back(v);
+    if (constraints[v] == Constraint::Outside) out.push_back(v);
+    if (constraints[v] == Constraint::FarBorder || constraints[v] == Constraint::VolumeEdge) side.push_back(v);
   }
   Samples inside = thinned(in), outside = thinned(out);
   const Samples border = thinned(side);
-  // A few dots beside thousands of voxels of the border would not be heard.
-  const float dots = total(outside), far = total(border), share = static_cast<float>(settings.outside_marks_share);
-  if (dots > 0 && far > 0 && dots < share * (dots + far)) {
-    const float raise = share >= 1 ? 1e6f : share / (1 - share) * far / dots;
+  // Outside marks have a least share, since the sides of the box have many more voxels.
+  const float marked = total(outside), far = total(border), share = static_cast<float>(settings.outside_marks_share);
+  if (marked > 0 && far > 0 && marked < share * (marked + far)) {
+    const float raise = share >= 1 ? 1e6f : share / (1 - share) * far / marked;
     for (ClassifierSample& s : outside) s.weight *= raise;
   }
   outside.insert(outside.end(), border.begin(), border.end());

@@ -15,30 +15,33 @@
 
 namespace simplexseg {
 
-/// In the order of the marks, a boundary mark's inside ball first; `geometry`: of the box.
+/// Balls of the marks, in their order, the inside ball of a boundary mark first. `geometry`: grid of the box.
 std::vector<MarkedBall> marked_balls(std::span<const Mark> marks, const VolumeGeometry& geometry);
 
-/// What the classifier of looks learns from; either list may be empty.
-struct LookSamples {
+/// Training samples of the appearance classifier; either list may be empty.
+struct AppearanceSamples {
   std::vector<ClassifierSample> inside, outside;
 };
-LookSamples look_samples(std::span<const Constraint> known, const EvidenceSettings& settings);
+AppearanceSamples appearance_samples(std::span<const Constraint> constraints, const EvidenceSettings& settings);
 
-SIMPLEXSEG_HD bool is_open(Constraint known, float score, float open_side) {
-  return known == Constraint::FarBorder && score > open_side;
+/// Whether a cell of a side of the box may belong to the object by its appearance score.
+SIMPLEXSEG_HD bool is_open(Constraint constraint, float score, float open_side) {
+  return constraint == Constraint::FarBorder && score > open_side;
 }
 
-/// What a voxel counts as where the best cut is looked for, or -1: those that are known outside are not asked.
-SIMPLEXSEG_HD int counted_for_cut(Constraint known, std::uint8_t probability) {
-  return known == Constraint::None ? probability : known == Constraint::Inside ? 255 : -1;
+/// Bin of a cell for expected_dice_odds_factor(): its probability, 255 in inside marks; -1 (ignored) outside.
+SIMPLEXSEG_HD int threshold_bin(Constraint constraint, std::uint8_t probability) {
+  return constraint == Constraint::None ? probability : constraint == Constraint::Inside ? 255 : -1;
 }
-/// What odds are to be raised by so that the middle is where the Dice of what is above it is the largest to be
-/// expected, each voxel being the object's with its probability: at half that Dice. `count`: of each counted_for_cut().
-double raise_to_best_cut(std::span<const int, 256> count);
-SIMPLEXSEG_HD std::uint8_t moved_by(int probability, double raise) {
-  return static_cast<std::uint8_t>(255 * (probability * raise / (probability * raise + 255 - probability)) + 0.5);
+/// Factor on the odds that moves the expected-Dice threshold to 0.5. If each cell is foreground with its probability
+/// independently, the threshold is half of the largest expected Dice; it is bounded to 0.2 .. 0.5. `count`: number of
+/// cells in each threshold_bin(). Source: docs/mathematics.md 8.4.
+double expected_dice_odds_factor(std::span<const int, 256> count);
+/// Probability, 0..255 for 0..1, with its odds multiplied by a factor.
+SIMPLEXSEG_HD std::uint8_t scaled_odds(int probability, double factor) {
+  return static_cast<std::uint8_t>(255 * (probability * factor / (probability * factor + 255 - probability)) + 0.5);
 }
 
-inline constexpr double kWalkerTolerance = 0.01;  ///< of the walk of the marks alone: it is one voice of several
+inline constexpr double kWalkerTolerance = 0.01;  ///< of the random walker of the marks alone
 
 }  // namespace simplexseg

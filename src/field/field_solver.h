@@ -21,78 +21,79 @@
 
 namespace simplexseg {
 
-/// Ball of a mark that was made since the field before; a boundary mark has two.
+/// Ball of a mark that the previous field does not contain; a boundary mark has two.
 struct NewMarkBall {
   Eigen::Vector3d centre_mm;
   double radius_mm;
   bool inside;      ///< else outside
-  double depth_mm;  ///< from its centre to the nearest voxel on the other side of the field before
+  double depth_mm;  ///< distance from its centre to the nearest voxel on the other side of the previous surface
 };
 
-/// Inputs of the networks of the prior on its blocks, to train them.
+/// Inputs of the networks of the prior on its blocks, for training.
 struct PriorFeatures {
   std::array<int, 3> size{};               ///< of the grid of blocks
-  std::vector<Constraint> known;           ///< of each block
+  std::vector<Constraint> constraints;     ///< a value for each block
   std::vector<std::vector<float>> marks;   ///< MarkView, one list per feature
   std::vector<std::vector<float>> update;  ///< UpdateView; empty without new marks
   std::vector<std::uint8_t> near_inside;   ///< whether the nearest new mark is an inside one; empty without new marks
 };
 
 /// Solver of an evidence field on a box of cells, which are voxels or blocks of voxels of the volume
-/// (image/cell_grid.h). EvidenceField determines the box and the order of the steps. Lengths in mm. The volume outlives
-/// the solver.
+/// (image/cell_grid.h). EvidenceField determines the box and the order of the steps. Lengths in mm. The volume must
+/// outlive the solver.
 class FieldSolver {
  public:
   virtual ~FieldSolver() = default;
 
-  /// Sets the grid of cells and the box, for an object of this scale. The present and the previous field are resampled
-  /// to it; the present one is 0 and the previous one unknown outside the box before.
-  virtual void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) = 0;
+  /// Sets the grid of cells and the box, for an object of this scale. The present and the previous field are resampled;
+  /// outside the old box the present one is 0 and the previous one unknown.
+  virtual void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) = 0;
   const VoxelBox& box() const { return box_; }
 
-  /// The field as it is becomes the one before the marks that are new now; or none is known.
-  virtual void keep_before() = 0;
-  virtual void forget_before() = 0;
-  virtual bool has_before() const = 0;
-  /// Of the voxel of the box nearest to each place: whether the field before has it in the object.
-  virtual std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const = 0;
-  struct Before {
+  /// Stores the present field as the previous one, which does not contain the marks that are new from now on.
+  virtual void store_previous() = 0;
+  virtual void discard_previous() = 0;
+  virtual bool has_previous() const = 0;
+  /// Object of the previous field, 0 or 1, at the voxels of the box that are nearest to places.
+  virtual std::vector<std::uint8_t> previous_object(std::span<const Eigen::Vector3d> places_mm) const = 0;
+  /// Side of the previous surface on which a place is.
+  struct PreviousSide {
     bool object;
-    double depth_mm;  ///< from the place to the nearest voxel on the other side
+    double depth_mm;  ///< distance from the place to the nearest voxel on the other side
   };
-  /// The same, and how deep each place lies there.
-  virtual std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const = 0;
+  virtual std::vector<PreviousSide> previous_sides(std::span<const Eigen::Vector3d> places_mm) const = 0;
 
   /// Sets the constraint mask from the marks and from inside marks of other objects.
   virtual void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) = 0;
-  /// Learns the prior from them; returns the sharpness beta of the conductances. `fresh`: what the new marks say beside
-  /// the field before; `reach_mm`, `radius_mm`: of the largest inside mark (Prompts).
-  virtual double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
-                       double radius_mm) = 0;
+  /// Computes the prior from the constraints and the marks; returns the sharpness beta of the conductances.
+  /// `new_balls`: balls of the marks that the previous field does not contain. `scale_mm`: object scale; `radius_mm`:
+  /// radius of the largest inside mark.
+  virtual double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
+                               double radius_mm) = 0;
   struct Solved {
     int iterations = 0;
     double error = 0;
-    VoxelBox around{};        ///< FieldObject
+    VoxelBox bounds{};        ///< FieldObject
     std::size_t count = 0;    ///< FieldObject
     double border_share = 0;  ///< FieldObject
   };
-  /// Solves the field and finds its object. `further`: to a smaller tolerance than the last time, nothing having
-  /// changed since.
-  virtual Solved solve(double tolerance, bool further) = 0;
+  /// Solves the field and computes its object mask. `resume`: continues the last call to a smaller tolerance; nothing
+  /// may have changed since.
+  virtual Solved solve(double tolerance, bool resume) = 0;
   struct RefinedSurface {
     Solved found;
-    double expected_dice = 0;  ///< EvidenceField::Report, of what there was before
+    double expected_dice = 0;  ///< EvidenceField::Report, of the field before the refinement
   };
-  /// Runs refine_in_narrow_band() and finds the object again.
+  /// Runs refine_in_narrow_band() and computes the object mask.
   virtual RefinedSurface refine_surface(const BandTerms& terms) = 0;
 
-  // What there is now. It stays where it is until the next change.
+  // Present field, object mask and constraints, a value for each cell; valid until the next change.
   virtual std::span<const float> probability() const = 0;
   virtual const FieldObject& object() const = 0;
-  virtual std::span<const Constraint> known() const = 0;
+  virtual std::span<const Constraint> constraints() const = 0;
   /// field_values() of the field and its object.
   virtual std::vector<std::uint16_t> values(const FieldValue& value) const = 0;
-  /// Records the features of the prior at the next updates (EvidenceField::record_features).
+  /// Whether the next updates record the features of the prior (EvidenceField::record_features()).
   virtual void record_features(bool record) = 0;
   virtual const PriorFeatures& features() const = 0;
   virtual std::size_t bytes() const = 0;
@@ -109,7 +110,7 @@ class FieldSolver {
   UpdateProgress progress_;
 };
 
-/// The voxel of the box that is nearest to a place.
+/// Index in the box of the voxel that is nearest to a place.
 std::size_t nearest_voxel(const VolumeGeometry& geometry, const VoxelBox& box, const Eigen::Vector3d& place_mm);
 
 }  // namespace simplexseg

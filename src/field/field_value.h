@@ -11,31 +11,31 @@
 
 namespace simplexseg {
 
-/// Smallest difference between the probability of a cell and 0.5. Keeps the surface away from the centres of cells.
+/// Smallest difference between the probability of a cell and 0.5; keeps the surface away from the centres of cells.
 inline constexpr float kThresholdMargin = 0.05f;
 
-/// What the field of a mesh keeps of a voxel (FieldBox in src/forces/step_view.h): P(object), brought onto the
-/// side of the middle that the voxel is on, and far from the object what tells how far.
+/// Value of a voxel in the field of a mesh (FieldBox in src/forces/step_view.h): foreground probability, bounded to the
+/// side of the threshold on which the object mask has the voxel, and far from the object a function of the distance.
 struct FieldValue {
-  float scale;        ///< of P = 1
-  float floor, fall;  ///< at the object, and by how much it is less for each mm away from it
-  float least_over;   ///< by how much a voxel is at least beyond the middle
-  float near_mm;      ///< from the object, where P counts
+  float scale;         ///< value of probability 1; the threshold is half of it
+  float floor, slope;  ///< value of the distance 0, and decrease per mm
+  float margin;        ///< least difference to the threshold
+  float near_mm;       ///< distance from the object up to which the probability is stored
 
-  /// Beyond it a voxel's value is 0, mm.
-  float farthest_mm() const { return floor / fall; }
-  /// `distance_mm` to the object; of a voxel of the object it does not matter.
+  /// Distance beyond which values are 0, mm.
+  float farthest_mm() const { return floor / slope; }
+  /// `distance_mm`: distance to the object; ignored in it.
   SIMPLEXSEG_HD std::uint16_t operator()(bool object, float p, float distance_mm) const {
-    const float middle = 0.5f * scale, scaled = scale * p;
-    const float far = larger(floor - fall * distance_mm, 0.0f);
-    const float below = scaled < far ? far : middle - least_over < scaled ? middle - least_over : scaled;
-    return static_cast<std::uint16_t>(object                  ? larger(scaled, middle + least_over)
+    const float threshold = 0.5f * scale, scaled = scale * p;
+    const float far = larger(floor - slope * distance_mm, 0.0f);
+    const float below = scaled < far ? far : threshold - margin < scaled ? threshold - margin : scaled;
+    return static_cast<std::uint16_t>(object                  ? larger(scaled, threshold + margin)
                                       : distance_mm < near_mm ? below
                                                               : far);
   }
 };
 
-/// The value of each voxel of a box, of its object and its P(object).
+/// Values of all voxels of a box from its object mask (0 or 1) and its foreground probability.
 std::vector<std::uint16_t> field_values(const std::vector<std::uint8_t>& object, std::span<const float> probability,
                                         const VoxelBox& box, const VolumeGeometry& geometry, const FieldValue& value,
                                         const RunJobs& run);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is worked out for one voxel of a field, on whatever processor.
+// Stored forms of a field, and its values at the edge of the volume.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -8,20 +8,21 @@
 
 namespace simplexseg {
 
-/// P(object) as it is remembered: 1..255 for 0..1.
-SIMPLEXSEG_HD std::uint8_t as_before(float probability) { return static_cast<std::uint8_t>(1.5f + 254 * probability); }
+/// Foreground probability as stored for the previous field: 1..255 for 0..1; 0 is unknown.
+SIMPLEXSEG_HD std::uint8_t to_8_bits(float probability) { return static_cast<std::uint8_t>(1.5f + 254 * probability); }
 
-/// The solution as it is kept from one update to the next, which starts from it: 0..65535 for 0..1.
-SIMPLEXSEG_HD std::uint16_t as_kept(float probability) {
+/// Solution as stored between updates, the start of the next one: 0..65535 for 0..1.
+SIMPLEXSEG_HD std::uint16_t to_16_bits(float probability) {
   return static_cast<std::uint16_t>(0.5f + 65535 * smaller(larger(probability, 0.0f), 1.0f));
 }
-SIMPLEXSEG_HD float of_kept(std::uint16_t solution) { return static_cast<float>(solution) * (1.0f / 65535); }
+SIMPLEXSEG_HD float from_16_bits(std::uint16_t solution) { return static_cast<float>(solution) * (1.0f / 65535); }
 
-/// A difference between neighbours that is an edge to conductances of this sharpness.
-inline float edge_of(double beta) { return static_cast<float>(1 / std::sqrt(2 * beta)); }
+/// Intensity difference of neighbours at which conductances of sharpness `beta` are exp(-1/2).
+inline float edge_difference(double beta) { return static_cast<float>(1 / std::sqrt(2 * beta)); }
 
-/// For a voxel at the volume's side the field of the next one inward: an object that the volume cuts goes on to there.
-struct FromInner {
+/// Field of the next voxel inward from a voxel at the edge of the volume, so that an object that is cut by the volume
+/// extends to the edge.
+struct InwardValue {
   int size[3];  ///< of the box
   const float* field;
 

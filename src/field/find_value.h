@@ -6,7 +6,7 @@
 
 namespace simplexseg {
 
-/// The first index from `first` to before `end` at which a list of bytes has this value, or `end`: many bytes at once.
+/// First index in [first, end) at which a list of bytes has this value, or `end`.
 template <std::ranges::contiguous_range Bytes>
 int find_value(const Bytes& values, std::ranges::range_value_t<Bytes> value, int first, int end) {
   static_assert(sizeof(value) == 1);
@@ -15,7 +15,7 @@ int find_value(const Bytes& values, std::ranges::range_value_t<Bytes> value, int
   return at ? static_cast<int>(static_cast<decltype(bytes)>(at) - bytes) : end;
 }
 
-/// As find_value(), of the first that has another one.
+/// First index in [first, end) at which a list of bytes has another value, or `end`.
 template <std::ranges::contiguous_range Bytes>
 int find_other(const Bytes& values, std::ranges::range_value_t<Bytes> value, int first, int end) {
   static_assert(sizeof(value) == 1);

@@ -6,15 +6,14 @@
 
 namespace simplexseg {
 
-/// What the way from a voxel to its neighbour costs, d being the difference of the image there: |d|, or with an `edge`
-/// above 0 d^2 / (d^2 + edge^2), so that every edge counts once however strong it is; and `length` times their distance
-/// in units of the least spacing.
+/// Edge cost between 26-neighbours with the intensity difference d: |d|, or d^2 / (d^2 + edge^2) for `edge` > 0, which
+/// counts edges whatever their contrast; plus `length` times their distance in units of the smallest spacing.
 struct EdgeCost {
   float length = 0;
   float edge = 0;
 };
 
-/// What a difference of neighbours costs; `edge2`: the edge's square, or 0 where |d| is meant.
+/// Cost of an intensity difference of neighbours. `edge2`: square of EdgeCost::edge; ignored without kEdges.
 template <bool kEdges>
 SIMPLEXSEG_HD float cost_of_difference(float difference, float edge2) {
   if constexpr (!kEdges) return std::fabs(difference);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the voxels of evidence fields are worked on, for those who hand that on.
+// Factories of field solvers.
 #pragma once
 #include <functional>
 #include <memory>
@@ -12,10 +12,10 @@ class FieldSolver;
 class Volume;
 struct EvidenceSettings;
 
-/// Makes one for a volume.
+/// Creates a solver for a volume, which must outlive it.
 using MakeFieldSolver = std::function<std::unique_ptr<FieldSolver>(const Volume& volume, const RunJobs& run,
                                                                    const EvidenceSettings& settings)>;
-/// On the CPU.
+/// Creates a solver on the CPU.
 std::unique_ptr<FieldSolver> make_cpu_field_solver(const Volume& volume, const RunJobs& run,
                                                    const EvidenceSettings& settings);
 

@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-/// Numbers that are the same on every machine (Steele et al. 2014, SplitMix64).
+/// Random numbers that are equal on all machines. Source: Steele et al. 2014, SplitMix64.
 class Random {
  public:
   double uniform() {

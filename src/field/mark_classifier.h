@@ -8,7 +8,7 @@
 
 namespace simplexseg {
 
-/// cos(2 pi t) to 1e-3: two parabolas and a correction.
+/// cos(2 pi t) with an error of at most 1.1e-3: two parabolas and a correction.
 SIMPLEXSEG_HD float cosine_of_turns(float t) {
   t = t - std::floor(t + 0.5f);          // -0.5 .. 0.5
   const float u = 0.25f - std::fabs(t);  // cos(2 pi t) = sin(2 pi u), u in -0.25 .. 0.25
@@ -16,13 +16,13 @@ SIMPLEXSEG_HD float cosine_of_turns(float t) {
   return s * (0.775f + 0.225f * std::fabs(s));
 }
 
-/// cosine_of_turns(phase + frequency times features) is what a term says.
+/// Random Fourier features: cosine_of_turns(phase + frequency . features).
 struct FourierTerms {
   std::vector<float> frequency;  ///< terms x features, row by row
-  std::vector<float> phase;      ///< of each term
+  std::vector<float> phase;      ///< a value for each term, turns
 };
 
-/// Values of all voxels of a box, one list for each feature, about zero with deviation 1.
+/// Features of all voxels of a box, one list per feature, with mean 0 and standard deviation 1.
 using FeatureLists = std::vector<std::vector<float>>;
 
 /// Classifier of cells, inside or outside, trained with marked cells: ridge regression to +1 and -1 on random Fourier
@@ -30,16 +30,16 @@ using FeatureLists = std::vector<std::vector<float>>;
 /// 2007, Random Features for Large-Scale Kernel Machines.
 struct ClassifierSettings {
   int terms = 128;
-  double kernel_width = 3;  ///< in deviations of the features
+  double kernel_width = 3;  ///< standard deviation of the kernel, in standard deviations of the features
   double ridge = 0.01;
 };
 struct ClassifierSample {
   int voxel;
   float weight;
 };
-/// The same numbers every time.
+/// Random Fourier features; every call returns equal numbers.
 FourierTerms fourier_terms(const ClassifierSettings& settings, int features);
-/// The weight of each term: the solution of the ridge regression with these equations, of which the lower half is read.
+/// Weights of the terms: solution of the ridge regression with these normal equations. `gram`: lower triangle.
 std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right, const ClassifierSettings& settings);
 
 }  // namespace simplexseg

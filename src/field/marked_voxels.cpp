@@ -21,10 +21,10 @@ PaintedBall painted(const VolumeGeometry& geometry, const VoxelBox& box, const E
     for (int b = 0; b < 3; ++b) ball.mm[a][b] = mm(a, b);
     ball.centre[a] = centre[a];
     ball.first[a] = box.first[a];
-    // A ball in mm reaches this far along each index: the rows of the inverse say how fast an index changes.
-    const double reach = radius_mm * index_from_world.linear().row(a).norm() + 0.5;
-    ball.low[a] = std::max(static_cast<int>(std::ceil(centre[a] - reach)) - box.first[a], 0);
-    ball.high[a] = std::min(static_cast<int>(std::floor(centre[a] + reach)) - box.first[a], box.size[a] - 1);
+    // Half of the extent of the ball along this index, from the row of the inverse, and half a voxel.
+    const double extent = radius_mm * index_from_world.linear().row(a).norm() + 0.5;
+    ball.low[a] = std::max(static_cast<int>(std::ceil(centre[a] - extent)) - box.first[a], 0);
+    ball.high[a] = std::min(static_cast<int>(std::floor(centre[a] + extent)) - box.first[a], box.size[a] - 1);
   }
   return ball;
 }
@@ -67,7 +67,7 @@ VoxelBox box_around_inside(std::span<const PaintedBall> balls) {
   return box;
 }
 
-SideOfBox::SideOfBox(const VoxelBox& box, const std::array<int, 3>& volume_size) : size(box.size) {
+BoxBoundary::BoxBoundary(const VoxelBox& box, const std::array<int, 3>& volume_size) : size(box.size) {
   for (int a = 0; a < 3; ++a) {
     volume_first[a] = box.first[a] == 0;
     volume_last[a] = box.first[a] + box.size[a] == volume_size[a];

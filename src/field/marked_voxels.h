@@ -13,71 +13,73 @@
 
 namespace simplexseg {
 
-/// Constraint of a voxel before the field is solved.
+/// Constraint of a voxel, set before the field is solved.
 enum class Constraint : std::uint8_t {
   None,
   Inside,
   Outside,
-  FarBorder,    ///< side of the box within the volume: outside
-  VolumeEdge,   ///< side of the box that is the volume's: outside for the solver, though an object may be cut there
+  FarBorder,    ///< side of the box beyond which the volume continues: outside
+  VolumeEdge,   ///< side of the box that is a side of the volume: outside for the solver; an object may be cut there
   OtherObject,  ///< in an inside mark of another object: outside for the solver, without effect on the prior
-  NotFinite,    ///< conducts nothing; outside
+  NotFinite,    ///< image not finite: no conductance, outside
 };
 
-/// Whether the field of the voxel is fixed (Dirichlet condition) rather than solved.
+/// Whether the field of the voxel is fixed (Dirichlet condition).
 constexpr bool is_dirichlet(Constraint constraint) { return constraint != Constraint::None; }
 
-/// Whether the voxel lies in a mark that excludes it from the object: an outside mark, or a mark of another object.
+/// Whether a mark excludes the voxel from the object: an outside mark, or an inside mark of another object.
 constexpr bool is_excluded(Constraint constraint) {
   return constraint == Constraint::Outside || constraint == Constraint::OtherObject;
 }
 
-/// From a boundary mark to its outside ball, mm; its inside ball lies as far on the other side. The two touch at the
-/// mark: with a gap between them what a mark says of the layer beside it, which is what was wrong, is little. 0 for
-/// other marks.
+/// Offset from a boundary mark to the centre of its outside ball, mm; the centre of its inside ball has the opposite
+/// offset. The balls touch at the mark, so that they constrain the narrow errors beside it. 0 for other marks.
 Eigen::Vector3d ball_offset(const Mark& mark);
 
-/// Constraints of all voxels of a box: later marks replace earlier ones, and marks replace those of `others` (inside
-/// marks of other objects) and the sides of the box. `finite`: 0 where the image is not finite; empty: it is
-/// finite everywhere. A mark holds the voxels whose centres lie in its ball, and the nearest one.
+/// Constraint mask: a value for each voxel of a box. Later marks replace earlier ones, and marks replace those of
+/// `others` (inside marks of other objects) and the sides of the box. A mark contains the voxels whose centres are in
+/// its ball, and the nearest one. `finite`: 0 where the image is not finite; empty if it is finite everywhere.
 std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const VoxelBox& box,
                                         std::span<const std::uint8_t> finite, std::span<const Mark> marks,
                                         std::span<const Mark> others);
 
 /// Ball of a mark on the grid of a box.
 struct PaintedBall {
-  double mm[3][3];   ///< of a difference of indices
-  double centre[3];  ///< in the box's indices, plus `first`
+  double mm[3][3];   ///< from a difference of indices to mm
+  double centre[3];  ///< index in the volume
   double radius_mm;
-  int first[3], low[3], high[3];  ///< of the box; the voxels to be asked, in the box
+  int first[3];         ///< first voxel of the box
+  int low[3], high[3];  ///< range of the voxels to test, both included, indices in the box
   Constraint value;
 
-  /// Whether the ball holds a voxel of the box between `low` and `high`: its centre lies in it, or it is the nearest.
-  SIMPLEXSEG_HD bool holds(int i, int j, int k) const {
+  /// Whether the ball contains a voxel of the box between `low` and `high`: its centre, or it is the nearest voxel.
+  SIMPLEXSEG_HD bool contains(int i, int j, int k) const {
     const double x = i + first[0] - centre[0], y = j + first[1] - centre[1], z = k + first[2] - centre[2];
     if (std::fabs(x) <= 0.5 && std::fabs(y) <= 0.5 && std::fabs(z) <= 0.5) return true;
     const double a = mm[0][0] * x + (mm[0][1] * y + mm[0][2] * z), b = mm[1][0] * x + (mm[1][1] * y + mm[1][2] * z),
                  c = mm[2][0] * x + (mm[2][1] * y + mm[2][2] * z);
     return std::sqrt(a * a + (b * b + c * c)) <= radius_mm;
   }
-  /// Constraint of a voxel that the ball holds and that had the constraint `at` without it.
-  SIMPLEXSEG_HD Constraint over(Constraint at) const {
-    if (at == Constraint::NotFinite || (value == Constraint::OtherObject && at != Constraint::None)) return at;
+  /// Constraint of a voxel that the ball contains. `before`: its constraint without the ball.
+  SIMPLEXSEG_HD Constraint applied_to(Constraint before) const {
+    if (before == Constraint::NotFinite || (value == Constraint::OtherObject && before != Constraint::None))
+      return before;
     return value;
   }
 };
-/// Balls of `others`, then of the marks, in their order.
+/// Balls of `others`, then balls of the marks, in their order.
 std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
                                        std::span<const Mark> others = {});
 
-/// Returns the smallest box, with indices in the box of the balls, that contains all inside balls.
+/// Bounding box of all inside balls, with indices in the box of the balls.
 VoxelBox box_around_inside(std::span<const PaintedBall> balls);
 
-/// FarBorder, VolumeEdge or None: what is known of a voxel of a box by where it lies alone.
-struct SideOfBox {
-  std::array<int, 3> size;                        ///< of the box
-  std::array<bool, 3> volume_first, volume_last;  ///< whether the box's sides are the volume's
-  SideOfBox(const VoxelBox& box, const std::array<int, 3>& volume_size);
+/// Constraint of a voxel by its position in the box: FarBorder, VolumeEdge or None.
+struct BoxBoundary {
+  std::array<int, 3> size;  ///< of the box
+  std::array<bool, 3> volume_first,
+      volume_last;  ///< whether the first and last side of the box are sides of the volume
+  BoxBoundary(const VoxelBox& box, const std::array<int, 3>& volume_size);
 
   SIMPLEXSEG_HD Constraint operator()(int i, int j, int k) const {
     const int at[3]{i, j, k};

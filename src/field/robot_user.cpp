@@ -16,7 +16,7 @@ struct Part {
   std::array<int, 3> low, high;
 };
 
-/// The largest 6-connected set of voxels for which wanted(v).
+/// Largest 6-connected component of the voxels for which wanted(v).
 template <class Wanted>
 Part largest(const VolumeGeometry& geometry, Wanted&& wanted) {
   const auto [ni, nj, nk] = geometry.size;
@@ -36,13 +36,12 @@ Part largest(const VolumeGeometry& geometry, Wanted&& wanted) {
       for (int a = 0; a < 3; ++a) {
         part.low[a] = std::min(part.low[a], at[a]);
         part.high[a] = std::max(part.high[a], at[a]);
-        if (at[a] > 0 && !seen[v - stride[a]] && wanted(v - stride[a])) {
-          seen[v - stride[a]] = 1;
-          part.voxels.push_back(v - stride[a]);
-        }
-        if (at[a] + 1 < size[a] && !seen[v + stride[a]] && wanted(v + stride[a])) {
-          seen[v + stride[a]] = 1;
-          part.voxels.push_back(v + stride[a]);
+        for (const int step : {-1, 1}) {
+          if (at[a] + step < 0 || at[a] + step == size[a]) continue;
+          const std::size_t neighbour = step < 0 ? v - stride[a] : v + stride[a];
+          if (seen[neighbour] || !wanted(neighbour)) continue;
+          seen[neighbour] = 1;
+          part.voxels.push_back(neighbour);
         }
       }
     }
@@ -77,7 +76,8 @@ WorstError deepest_of(const VolumeGeometry& geometry, Part part, bool too_little
 
 constexpr double kNearVoxels = 2.5;
 
-/// Halfway between a voxel of the mask and a neighbour that is not, or the grid's end, the nearest (mm) to a place.
+/// Nearest point (mm) to a place of those halfway between a voxel of the mask and a neighbour that is not, or the end
+/// of the grid; the place itself for an empty mask.
 Eigen::Vector3d boundary_near(const Mask& mask, const Eigen::Vector3d& from) {
   const VolumeGeometry& g = mask.geometry;
   const Eigen::Affine3d world = g.world_from_index();
@@ -139,7 +139,7 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
   const auto place = [&](const std::array<int, 3>& voxel) -> Eigen::Vector3d {
     return world * Eigen::Vector3d(voxel[0], voxel[1], voxel[2]);
   };
-  // The voxels at that very depth are outside: the ball ends just before them.
+  // Excludes the voxels at exactly that distance, which are outside.
   const double radius_mm = 0.999 * deepest->depth_mm;
   std::vector<Mark> marks{
       {MarkKind::Inside,
@@ -157,20 +157,21 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
     const std::optional<WorstError> error = worst_error(part, now);
     if (!error) break;
     const Eigen::Vector3d at = place(error->voxel);
-    RobotHand hand = settings.hand;
-    Eigen::Vector3d surface = at;  // the place of it that is nearest
-    if (hand != RobotHand::Marks) surface = boundary_near(now, at);
-    if (hand == RobotHand::Mixed) {
+    RobotClickKind kind_of_click = settings.click_kind;
+    Eigen::Vector3d surface = at;  // nearest point of the surface
+    if (kind_of_click != RobotClickKind::Marks) surface = boundary_near(now, at);
+    if (kind_of_click == RobotClickKind::Mixed) {
       const double near_mm = kNearVoxels * truth.geometry.spacing_mm.minCoeff();
-      const double off_mm = (surface - at).norm();  // 0 where there is no surface
-      hand = off_mm > 0 && off_mm < near_mm ? RobotHand::Grabs : RobotHand::Marks;
+      const double distance_mm = (surface - at).norm();  // 0 without a surface
+      kind_of_click = distance_mm > 0 && distance_mm < near_mm ? RobotClickKind::Grabs : RobotClickKind::Marks;
     }
-    if (hand != RobotHand::Marks) {
+    if (kind_of_click != RobotClickKind::Marks) {
       const Eigen::Vector3d to = boundary_near(part, at);
-      const Eigen::Vector3d way = to - surface;
+      const Eigen::Vector3d drag = to - surface;
       const double sign = error->too_little ? 1 : -1;
-      marks.push_back({MarkKind::Boundary, to, truth.geometry.spacing_mm.minCoeff(),
-                       hand == RobotHand::Grabs ? Eigen::Vector3d(sign * way) : Eigen::Vector3d::Zero()});
+      marks.push_back(
+          {MarkKind::Boundary, to, truth.geometry.spacing_mm.minCoeff(),
+           kind_of_click == RobotClickKind::Grabs ? Eigen::Vector3d(sign * drag) : Eigen::Vector3d::Zero()});
       continue;
     }
     const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;

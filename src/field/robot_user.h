@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot in the place of a user: it knows the truth, and says as little of it as a user would with every click.
+// Robot user of an experiment: corrects a segmentation click by click, guided by a reference mask.
 #pragma once
 #include <array>
 #include <functional>
@@ -13,60 +13,59 @@
 
 namespace simplexseg {
 
-/// The largest part (6-connected; of equals the one with the first voxel) of where `truth` and `now` differ, all too
-/// much or all too little, and its voxel that is farthest (mm) from all others that are not of it.
+/// Largest component (6-connected; the first of equal ones) of the missing or of the extra voxels of a segmentation,
+/// and its voxel with the largest distance (mm) to all voxels outside the component.
 struct WorstError {
   std::array<int, 3> voxel;
-  double depth_mm;     ///< distance from that voxel to the nearest one that is not of the part
-  std::size_t voxels;  ///< of the part
-  bool too_little;     ///< of the truth and missing, rather than too much
+  double depth_mm;     ///< distance from that voxel to the nearest one outside the component
+  std::size_t voxels;  ///< number of voxels of the component
+  bool too_little;     ///< missing voxels; else extra ones
 };
-/// Nothing where the masks are equal. Throws Error when their grids differ.
+/// Worst error of a segmentation; nothing if it equals the reference. Throws Error if their grids differ.
 std::optional<WorstError> worst_error(const Mask& truth, const Mask& now);
 
-/// The voxel of the largest part of the mask that is farthest from all others, and how far. Nothing for an empty mask.
+/// Voxel of the largest component of a mask with the largest distance to all others; nothing for an empty mask.
 std::optional<WorstError> deepest_voxel(const Mask& mask);
 
-/// The largest 6-connected part of a mask.
+/// Largest 6-connected component of a mask.
 Mask largest_part(const Mask& mask);
 
-/// What a robot corrects: the field alone, say, or a mesh.
+/// Segmentation that a robot corrects, by a field or a mesh.
 class RobotSubject {
  public:
   virtual ~RobotSubject() = default;
-  /// The object by all marks so far: a seed, then further marks.
+  /// Object mask for all marks so far; the first is the seed.
   virtual Mask segment(std::span<const Mark> marks) = 0;
-  /// Radius for a new mark at a place, after a segment().
+  /// Radius of a new mark, mm, after segment().
   virtual double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const = 0;
 };
 
-/// What a robot says with a click.
-enum class RobotHand {
-  Marks,   ///< inside or outside, in the middle of the largest error
-  Points,  ///< where the surface passes: the truth's boundary beside it
-  Grabs,   ///< the wrong surface beside it, dragged there: a boundary mark that knows the way out
-  Mixed,   ///< a grab where the surface is near the click, else a mark
+/// Kind of the clicks of a robot, at the worst error.
+enum class RobotClickKind {
+  Marks,   ///< inside or outside mark in the middle of the error
+  Points,  ///< boundary mark without a direction on the boundary of the reference beside the error
+  Grabs,   ///< drag of the surface beside the error to the boundary of the reference: boundary mark with a direction
+  Mixed,   ///< drag if the surface is near the middle of the error, else a mark
 };
 
 struct RobotSettings {
-  int most_clicks = 20;    ///< besides the seed
-  double seed_scale = 1;   ///< radius of the seed, in right radii
-  double seed_offset = 0;  ///< the seed's centre lies so many right radii off the right one, along (1, 1, 1)
-  RobotHand hand = RobotHand::Marks;
+  int most_clicks = 20;    ///< after the seed
+  double seed_scale = 1;   ///< radius of the seed, multiple of the correct radius
+  double seed_offset = 0;  ///< offset of the centre of the seed along (1, 1, 1), multiple of the correct radius
+  RobotClickKind click_kind = RobotClickKind::Marks;
 };
 
-/// The state after one mark; the first is the seed.
+/// State after a mark; the first is the seed.
 struct RobotClick {
   Mark mark;
   Agreement agreement;
-  double seconds;  ///< that the subject took
+  double seconds;  ///< time of RobotSubject::segment()
 };
 
-/// The protocol: the seed is a ball at the deepest voxel of the truth's largest part, with that depth as its radius;
-/// then, one a click, a mark at the deepest voxel of the largest error, inside or outside as the truth says, or a
-/// boundary mark (without a direction) halfway between the two voxels of the truth's boundary that are nearest to it.
-/// Ends early where nothing is wrong. `after_click` is called after each with its number and the object now. Throws
-/// Error for an empty truth.
+/// Runs the protocol. The seed is a ball at the deepest voxel of the largest component of the reference, its radius is
+/// that depth. Each click is then a mark at the deepest voxel of the worst error, or a boundary mark at the point of
+/// the boundary of the reference that is nearest to that voxel. Ends early without an error. `after_click` receives the
+/// number of the click and the object mask after it. Throws Error for an empty reference.
 std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, const RobotSettings& settings,
                                   const std::function<void(int, const Mask&)>& after_click);
 

@@ -10,10 +10,10 @@ namespace simplexseg {
 
 /// Phases of a pass over the box of an evidence field, in their order. Constraints: image of the box, constraint mask.
 /// CoarsePrior: appearance, geodesic distances, random walker on blocks. Features: networks, interpolation. Walker:
-/// random walker on voxels, object mask. Output: values for the mesh, after the update.
+/// random walker on cells, object mask. Surface: narrow band. Output: values for the mesh, after the update.
 enum class FieldPhase { Constraints, CoarsePrior, Features, Walker, Surface, Output };
 
-/// Share of each phase in the time of a pass; from timings of a liver of 0.7 mm on one thread of a CPU.
+/// Share of each phase in the time of a pass, from timings of a liver at 0.7 mm on one CPU thread.
 constexpr std::array<float, 6> kPhaseShares{0.12f, 0.06f, 0.15f, 0.46f, 0.15f, 0.06f};
 
 /// Receiver of the completed fraction of a computation, 0 to 1.

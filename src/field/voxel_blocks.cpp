@@ -4,7 +4,8 @@
 #include <algorithm>
 
 namespace simplexseg {
-VoxelBlocks::VoxelBlocks(const BoxGrid& of, const std::array<int, 3>& wide) : fine(of), width(wide) {
+VoxelBlocks::VoxelBlocks(const BoxGrid& voxels, const std::array<int, 3>& block_width)
+    : fine(voxels), width(block_width) {
   for (int a = 0; a < 3; ++a) coarse.size[a] = (fine.size[a] + width[a] - 1) / width[a];
 }
 

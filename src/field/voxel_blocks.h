@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box of voxels and a coarser grid of blocks of them.
+// Blocks of the voxels of a box.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,12 +13,12 @@
 
 namespace simplexseg {
 
-/// Between which two blocks the middle of a voxel along an axis lies, and how far on the way.
-struct BetweenBlocks {
+/// Linear interpolation between blocks at the centre of a voxel, along an axis.
+struct BlockInterpolation {
   int low, high;
-  float share;
+  float share;  ///< weight of `high`
 
-  SIMPLEXSEG_HD BetweenBlocks(int voxel, int blocks, int width) {
+  SIMPLEXSEG_HD BlockInterpolation(int voxel, int blocks, int width) {
     const float at = smaller(larger((static_cast<float>(voxel) + 0.5f) / static_cast<float>(width) - 0.5f, 0.0f),
                              static_cast<float>(blocks - 1));
     low = static_cast<int>(at);
@@ -27,18 +27,19 @@ struct BetweenBlocks {
   }
 };
 
-inline constexpr int kAlikeBlocks = 4;  ///< those that differ by no more than this need no look at the image
+/// Largest difference of blocks that are interpolated without the image, 1/255.
+inline constexpr int kSimilarBlocks = 4;
 
-/// What a voxel that looks like `own` gets of eight blocks: `lines` where four rows of blocks begin, `share` what each
-/// row weighs, `low` and `high` the two blocks of a row, `x` how far on the way between them.
-SIMPLEXSEG_HD std::uint8_t mixed_of_blocks(const std::uint8_t* blocks, const float* looks, const int (&lines)[4],
-                                           const float (&share)[4], int low, int high, float x, float own,
-                                           float per_difference) {
+/// Mean of the eight blocks around a voxel with the intensity `own`, weighted by distance and intensity. `rows`: first
+/// blocks of four rows, `row_weight`: their weights; `low`, `high`: indices in a row, `share`: weight of `high`.
+SIMPLEXSEG_HD std::uint8_t bilateral_mean(const std::uint8_t* blocks, const float* image, const int (&rows)[4],
+                                          const float (&row_weight)[4], int low, int high, float share, float own,
+                                          float per_difference) {
   float sum = 0, weights = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const int block = lines[corner / 2] + (corner % 2 ? high : low);
-    const float d = (looks[block] - own) * per_difference;
-    const float weight = share[corner / 2] * (corner % 2 ? x : 1 - x) / (1 + d * d);
+    const int block = rows[corner / 2] + (corner % 2 ? high : low);
+    const float d = (image[block] - own) * per_difference;
+    const float weight = row_weight[corner / 2] * (corner % 2 ? share : 1 - share) / (1 + d * d);
     sum += weight * blocks[block];
     weights += weight;
   }
@@ -47,18 +48,18 @@ SIMPLEXSEG_HD std::uint8_t mixed_of_blocks(const std::uint8_t* blocks, const flo
 
 struct VoxelBlocks {
   BoxGrid fine, coarse;
-  std::array<int, 3> width{1, 1, 1};  ///< of a block, voxels; the last of a row may be narrower
+  std::array<int, 3> width{1, 1, 1};  ///< of a block, voxels; the last block along an axis may be narrower
 
   VoxelBlocks() = default;
-  VoxelBlocks(const BoxGrid& of, const std::array<int, 3>& wide);
+  VoxelBlocks(const BoxGrid& voxels, const std::array<int, 3>& block_width);
 
-  /// The blocks as a grid of their own; `volume` is that of the volume, `first` the box's first voxel in it. A last
-  /// block that is narrower counts as one that is not.
+  /// Grid of the blocks. `volume`: grid of the volume, `first`: first voxel of the box. The centre of a last block that
+  /// is narrower is computed as if it were complete.
   VolumeGeometry geometry(const VolumeGeometry& volume, const std::array<int, 3>& first) const;
-  /// Calls visit(block, voxel) for each voxel of the box, plane by plane of blocks side by side.
+  /// Calls visit(block, voxel) for each voxel of the box, in parallel over planes of blocks.
   template <class Visit>
   void visit(const RunJobs& run, const Visit& visit) const;
-  /// Mean of each block's voxels.
+  /// Means over the voxels of each block.
   std::vector<float> mean(std::span<const float> values, const RunJobs& run) const;
 };
 

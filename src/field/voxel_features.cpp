@@ -10,7 +10,7 @@
 namespace simplexseg {
 namespace {
 
-/// Length of the gradient by central differences, one-sided at the border, a voxel of the least spacing as the unit.
+/// Length of the gradient per smallest spacing, by central differences, one-sided at the border.
 std::vector<float> gradient_length(const std::vector<float>& f, const BoxGrid& grid,
                                    const std::array<double, 3>& spacing_mm, const RunJobs& run) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
@@ -22,10 +22,11 @@ std::vector<float> gradient_length(const std::vector<float>& f, const BoxGrid& g
         const std::array<int, 3> at{i, j, k};
         float sum = 0;
         for (int a = 0; a < 3; ++a) {
-          const int back = at[a] > 0, on = at[a] + 1 < grid.size[a];
-          if (back + on == 0) continue;
-          const float change = f[v + on * grid.stride(a)] - f[v - back * grid.stride(a)];
-          const float slope = change * static_cast<float>(least / spacing_mm[a]) / static_cast<float>(back + on);
+          const int backward = at[a] > 0, forward = at[a] + 1 < grid.size[a];
+          if (backward + forward == 0) continue;
+          const float change = f[v + forward * grid.stride(a)] - f[v - backward * grid.stride(a)];
+          const float slope =
+              change * static_cast<float>(least / spacing_mm[a]) / static_cast<float>(backward + forward);
           sum += slope * slope;
         }
         length[v] = std::sqrt(sum);
@@ -39,7 +40,7 @@ std::vector<float> gradient_length(const std::vector<float>& f, const BoxGrid& g
 template <class Value>
 double sum_of(const RunJobs& run, int n, const Value& value) {
   const ReportProgress no_progress;
-  return CpuGrid(run, no_progress).totals(n, [value](int v) { return OfTotals{value(v), 0}; }).sum;
+  return CpuGrid(run, no_progress).totals(n, [value](int v) { return Contribution{value(v), 0}; }).sum;
 }
 
 void standardise(std::vector<float>& f, const RunJobs& run) {
@@ -61,14 +62,14 @@ FeatureLists voxel_features(const std::vector<float>& image, const BoxGrid& grid
   };
   FeatureLists features;
   for (const double scale : {0.7, 1.5, 3.0}) features.push_back(smoothed(image, scale));
-  std::vector<float> scatter(image.size());
-  std::transform(image.begin(), image.end(), scatter.begin(), [](float x) { return x * x; });
-  scatter = smoothed(std::move(scatter), 1.5);
-  for (std::size_t v = 0; v < scatter.size(); ++v)
-    scatter[v] = std::sqrt(std::max(scatter[v] - features[1][v] * features[1][v], 0.0f));
+  std::vector<float> deviation(image.size());
+  std::transform(image.begin(), image.end(), deviation.begin(), [](float x) { return x * x; });
+  deviation = smoothed(std::move(deviation), 1.5);
+  for (std::size_t v = 0; v < deviation.size(); ++v)
+    deviation[v] = std::sqrt(std::max(deviation[v] - features[1][v] * features[1][v], 0.0f));
   for (const double scale : {1.0, 2.0})
     features.push_back(gradient_length(smoothed(image, scale), grid, spacing_mm, run));
-  features.push_back(std::move(scatter));
+  features.push_back(std::move(deviation));
   for (std::vector<float>& f : features) standardise(f, run);
   return features;
 }

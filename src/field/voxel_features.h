@@ -9,8 +9,8 @@
 
 namespace simplexseg {
 
-/// What a voxel looks like: the image at three scales, how fast it changes at two, and how much it scatters. Each with
-/// mean 0 and deviation 1 over the box; one that is the same everywhere is 0.
+/// Intensity features of the voxels of a box: Gaussians of three scales, gradient lengths of two, local standard
+/// deviation. Each has mean 0 and standard deviation 1 over the box; constant features are 0.
 FeatureLists voxel_features(const std::vector<float>& image, const BoxGrid& grid,
                             const std::array<double, 3>& spacing_mm, const RunJobs& run);
 

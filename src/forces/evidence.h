@@ -114,7 +114,7 @@ inline constexpr float kFlatField = 0.02f;
 /// index_from_world is valid.
 SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
   VolumeView view = v.volume;
-  view.voxels = v.fields + m.field.offset;
+  view.voxels = m.field.values;
   for (int a = 0; a < 3; ++a) {
     view.size[a] = m.field.size[a];
     for (int c = 0; c < 3; ++c) view.index_from_world[4 * a + c] *= m.field.scale[a];

@@ -121,7 +121,7 @@ struct NeighbourTexels {
 /// about 0, and the value encodes the distance to the object: it is lower by kFieldFall for each smallest cell spacing
 /// of distance.
 struct FieldBox {
-  long long offset = -1;  ///< index of the first value in StepView::fields; -1: no field
+  const std::uint16_t* values = nullptr;  ///< null: no field
   int size[3] = {0, 0, 0};
   float scale[3] = {1, 1, 1}, shift[3] = {0, 0, 0};  ///< index of a cell in the box: scale * index of a voxel + shift
   float cell_mm = 0;                                 ///< smallest cell spacing
@@ -141,7 +141,7 @@ inline constexpr float kFieldScale = 65535, kFieldFloor = 2048, kFieldFall = 16;
 struct MeshConstants {
   ForceParameters forces;
   int first_vertex, vertex_count;
-  int idle;  ///< non-zero if no force acts and no vertex moves; kernels may then skip the vertices
+  int asleep;  ///< not 0: the vertices do not move, and all positions are equal; kernels may skip them
   StepForm form;
   float stiffness;       ///< stability bound of the internal forces, including their weights
   float model;           ///< k of the multigrid model: half of `stiffness`, at least 0.1 times the other bounds
@@ -288,9 +288,8 @@ struct StepView {
   Vec4* targets[kForceCount] = {};
   const float* profiles = nullptr;  ///< reference profiles, 2 * half length + 1 values per vertex
   int profile_stride = 0;
-  const float* region_tables = nullptr;   ///< kRegionBins log-likelihood ratios per region model, in [-1, 1]
-  const std::uint16_t* fields = nullptr;  ///< foreground probability fields, one box after another
-  Vec4* local_statistics = nullptr;       ///< mean inside, mean outside and variance of nearby intensities; w unused
+  const float* region_tables = nullptr;  ///< kRegionBins log-likelihood ratios per region model, in [-1, 1]
+  Vec4* local_statistics = nullptr;      ///< mean inside, mean outside and variance of nearby intensities; w unused
   AttractionView attraction;
   LevelsView levels;
   const StepCoefficients* coefficients = nullptr;  ///< one per mesh

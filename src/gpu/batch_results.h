@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <optional>
 #include <span>
 
@@ -22,6 +23,7 @@ class BatchResults {
     blocks_ = (meshes.largest_mesh() + BlockMotion::kBlock - 1) / BlockMotion::kBlock;
     sums_.resize(meshes.size() * blocks_);
     motion_.resize(meshes.size());
+    std::fill_n(motion_.data(), meshes.size(), MeshMotion{});
   }
   StepStatus* status() { return status_.data(); }
 

@@ -84,6 +84,17 @@ class HostArray {
   std::size_t size_ = 0;
 };
 
+/// Values in host memory that kernels read in place.
+template <class T>
+class HostView {
+ public:
+  void share(std::span<const T> values) { values_ = values; }
+  const T* data() const { return values_.data(); }
+
+ private:
+  std::span<const T> values_;
+};
+
 /// Runs kernels on the CPU in blocks of fixed size, so that results do not depend on the number of threads.
 class CpuExecutor {
  public:
@@ -92,6 +103,8 @@ class CpuExecutor {
   using Array = HostArray<T>;
   template <class T>
   using HostVisible = HostArray<T>;
+  template <class T>
+  using Shared = HostView<T>;
   using NeighbourArray = HostArray<Int4>;
   static constexpr bool kRecords = false, kSumsRings = true, kTiles = false;
   static constexpr float kCycleCost = 2.4f;  ///< duration of a step with a multigrid cycle, relative to a step without

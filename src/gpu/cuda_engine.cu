@@ -236,6 +236,8 @@ class CudaExecutor {
   using Array = DeviceArray<T>;
   template <class T>
   using HostVisible = HostVisibleArray<T>;
+  template <class T>
+  using Shared = DeviceCopy<T>;
   using NeighbourArray = simplexseg::NeighbourArray;
   static constexpr bool kRecords = true, kSumsRings = false;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS

@@ -181,7 +181,7 @@ class CudaFieldExecutor {
     check(cudaLaunchKernelEx(&config, run_grid<Kernel>, kernel, totals_.data()), "the evidence field");
   }
   template <class Kernel>
-  void teams(int count, const Kernel& kernel) const {
+  void blocks(int count, const Kernel& kernel) const {
     if (count > 0) start(count, field_kernels::kBlockThreads, field_kernels::run_blocks<Kernel>, kernel);
   }
   template <class Kernel>

@@ -132,7 +132,7 @@ __global__ void __launch_bounds__(kThreads)
     add(kernel(v), x);
   __shared__ bool last;
   for (int s = 0; s < kCount; ++s) {
-    const double sum = block_total<kThreads>({x.is[s], 0}).sum;
+    const double sum = block_total<kThreads>({x.values[s], 0}).sum;
     if (threadIdx.x == 0) block_sums[blockIdx.x * kCount + s] = sum;
   }
   if (threadIdx.x == 0) {
@@ -152,7 +152,7 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0) *ended = 0;
 }
 
-/// All threads of a cooperative launch, with the interface of CpuGrid (field/parallel/executor.h).
+/// All threads of a cooperative launch, with the interface of CpuGrid (field/parallel/cpu_executor.h).
 class GridThreads {
   static constexpr unsigned kGroup = 128;
 
@@ -171,9 +171,9 @@ class GridThreads {
   __device__ Totals totals(int n, const Kernel& kernel) const {
     Totals x;
     for (int v = first(); v < n; v += stride()) {
-      const OfTotals of = kernel(v);
+      const Contribution of = kernel(v);
       x.sum += of.value;
-      x.largest = larger(of.size, x.largest);
+      x.largest = larger(of.magnitude, x.largest);
     }
     x = block_total<kGridBlockThreads>(x);
     // Two buffers are used alternately: a block may write the next totals before all threads have read the current
@@ -198,7 +198,7 @@ class GridThreads {
     cooperative_groups::this_grid().sync();
   }
   template <class Kernel>
-  __device__ void some(const Kernel& kernel) const {
+  __device__ void by_one_block(const Kernel& kernel) const {
     if (blockIdx.x == 0) kernel(FieldBlock<kGridBlockThreads>{static_cast<int>(threadIdx.x), nullptr});
     cooperative_groups::this_grid().sync();
   }

@@ -404,6 +404,13 @@ class HostVisibleArray {
   std::size_t size_ = 0;
 };
 
+/// Copy of values in device memory.
+template <class T>
+class DeviceCopy : public DeviceArray<T> {
+ public:
+  void share(std::span<const T> values) { this->assign(values); }
+};
+
 /// Executable CUDA graph: a recorded sequence of launches.
 class ExecutableGraph {
  public:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -28,12 +29,14 @@ class ForceArrays {
   using Undo = std::function<void()>;
 
   /// Stores references and fields of the meshes with which `arrays` was loaded, and sets the offsets of these data in
-  /// the mesh constants. `spacing_mm`: of the voxels of the volume. Called once per object.
-  void load(std::span<const EngineMesh> meshes, const Eigen::Vector3d& spacing_mm, MeshArrays<Executor>& arrays) {
+  /// the mesh constants. `spacing_mm`: of the voxels of the volume. Shares the fields that `before` has uploaded.
+  /// Called once per object.
+  void load(std::span<const EngineMesh> meshes, const Eigen::Vector3d& spacing_mm, MeshArrays<Executor>& arrays,
+            const ForceArrays& before) {
     const std::size_t n = arrays.vertex_count();
     shape_host_.assign(n, Vec4{});
     has_shape_.assign(meshes.size(), 0);
-    fields_host_.assign(meshes.size(), {});
+    fields_.assign(meshes.size(), {});
     for (std::size_t k = 0; k < meshes.size(); ++k) {
       const EngineMesh& m = meshes[k];
       MeshConstants& c = arrays[k];
@@ -49,7 +52,10 @@ class ForceArrays {
       if (!m.shape.empty())
         for (int to = 0; to < c.vertex_count; ++to) shape_host_[c.first_vertex + to] = m.shape[arrays.orders()[k][to]];
       profiles_host_.emplace_back(m.profiles.begin(), m.profiles.end());
-      if (!m.field.values.empty()) set_field(static_cast<int>(k), m.field, spacing_mm, arrays);
+      if (m.field.values.empty()) continue;
+      set_field(static_cast<int>(k), m.field, spacing_mm, arrays);
+      for (const Field& field : before.fields_)
+        if (field.owner == fields_[k].owner) fields_[k].array = field.array;
     }
   }
 
@@ -59,20 +65,26 @@ class ForceArrays {
     return {shape_host_.data() + c.first_vertex, static_cast<std::size_t>(c.vertex_count)};
   }
   MeshNeeds needs_of_mesh(std::size_t k, const MeshConstants& c) const {
-    MeshNeeds needs{c.forces,
-                    {c.vertex_count, has_shape_[k] != 0, profiles_host_[k].size(), !fields_host_[k].empty()},
-                    c.finest != 0};
+    MeshNeeds needs{
+        c.forces, {c.vertex_count, has_shape_[k] != 0, profiles_host_[k].size(), has_field(k)}, c.finest != 0};
     if (!fixed_targets_.empty())
       for (int force = 0; force < kForceCount; ++force)
         if (!fixed_targets_[k][force].empty()) needs.fixed_targets |= bit(static_cast<ForceId>(force));
     return needs;
   }
 
-  bool has_field(int mesh) const { return !fields_host_[mesh].empty(); }
-  /// Sets the field of one mesh; empty values remove it. The box must lie in the volume (check_field()).
+  bool has_field(std::size_t mesh) const { return fields_[mesh].owner != nullptr; }
+  /// Sets the field of one mesh; empty values remove it. The box must lie in the volume (check_field()). The constants
+  /// get the address of the values in allocate().
   Undo set_field(int mesh, const EngineField& field, const Eigen::Vector3d& spacing_mm, MeshArrays<Executor>& arrays) {
-    std::vector<std::uint16_t> values(field.values.begin(), field.values.end());
-    std::swap(values, fields_host_[mesh]);
+    Field now{field.owner, field.values, nullptr};
+    if (field.values.empty()) {
+      now.owner = nullptr;
+    } else if (!now.owner) {
+      auto copy = std::make_shared<std::vector<std::uint16_t>>(field.values.begin(), field.values.end());
+      now.values = *copy, now.owner = std::move(copy);
+    }
+    std::swap(now, fields_[mesh]);
     FieldBox& box = arrays[mesh].field;
     const VoxelToCell to_cell(field.cell);
     box.cell_mm = static_cast<float>(spacing_mm.cwiseProduct(Eigen::Vector3d(field.cell.data())).minCoeff());
@@ -81,16 +93,7 @@ class ForceArrays {
       box.scale[a] = static_cast<float>(to_cell.scale[a]);
       box.shift[a] = static_cast<float>(to_cell.shift[a] - field.box.first[a]);
     }
-    long long offset = 0;
-    for (std::size_t k = 0; k < fields_host_.size(); ++k) {
-      arrays[k].field.offset = fields_host_[k].empty() ? -1 : offset;
-      offset += static_cast<long long>(fields_host_[k].size());
-    }
-    const bool changed = std::exchange(fields_changed_, true);
-    return [this, mesh, before = std::move(values), changed] {
-      fields_host_[mesh] = before;
-      fields_changed_ = changed;
-    };
+    return [this, mesh, before = std::move(now)] { fields_[mesh] = before; };
   }
   /// Sets fixed targets of one mesh, which replace the search: one per vertex, in the order of the loaded mesh. Throws
   /// Error for a force without targets or another number of targets.
@@ -143,9 +146,9 @@ class ForceArrays {
   std::span<const PointView> points() const { return points_host_; }
   int point_count() const { return static_cast<int>(points_host_.size()); }
 
-  /// Allocates the arrays that the step needs. `active`: the forces of `needs` that are compiled in. If an allocation
-  /// fails, existing arrays are unchanged.
-  void allocate(const StepNeeds& needs, unsigned active, const MeshArrays<Executor>& arrays) {
+  /// Allocates the arrays that the step needs, and sets the addresses of the fields in the mesh constants. `active`:
+  /// the forces of `needs` that are compiled in. If an allocation fails, existing arrays are unchanged.
+  void allocate(const StepNeeds& needs, unsigned active, MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
     auto acts = [&](ForceId force) { return (active & bit(force)) != 0; };
     auto allocate = [](auto& array, bool needed, std::size_t size) {
@@ -153,14 +156,18 @@ class ForceArrays {
     };
     const bool attract = acts(AttractionForce::id), new_points = attract && (points_changed_ || points_.size() == 0);
     // Replacements of existing arrays; moved into place only after all allocations have succeeded.
-    Array<std::uint16_t> fields;
+    std::vector<std::shared_ptr<FieldValues>> fields(fields_.size());
     Array<float> profiles;
     Array<PointView> points;
     Array<unsigned long long> nearest;
     Array<PatchEntry> patches;
-    const bool new_fields = needs.fields && fields_changed_,
-               new_profiles = needs.searches(IntensityProfileForce::id) && profiles_.size() != n * needs.profile_stride;
-    if (new_fields) fields.assign(all_fields());
+    const bool new_profiles = needs.searches(IntensityProfileForce::id) && profiles_.size() != n * needs.profile_stride;
+    for (std::size_t k = 0; k < fields_.size() && needs.fields; ++k) {
+      fields[k] = fields_[k].array;
+      if (!has_field(k) || fields[k]) continue;
+      fields[k] = std::make_shared<FieldValues>();
+      fields[k]->share(fields_[k].values);
+    }
     if (new_profiles) profiles.assign(all_profiles(needs.profile_stride, arrays));
     const std::size_t keys = points_host_.size() * needs.nearest_blocks, entries = points_host_.size() * kMaxPatch;
     if (new_points) points.assign(points_host_);
@@ -178,7 +185,10 @@ class ForceArrays {
     allocate(attraction_sums_, attract, n);
     allocate(in_patch_, attract, n);
 
-    if (new_fields) fields_ = std::move(fields), fields_changed_ = false;
+    for (std::size_t k = 0; k < fields_.size(); ++k) {
+      fields_[k].array = std::move(fields[k]);
+      arrays[k].field.values = fields_[k].array ? fields_[k].array->data() : nullptr;
+    }
     if (new_profiles) profiles_ = std::move(profiles), profile_stride_ = needs.profile_stride;
     if (new_points) points_ = std::move(points), points_changed_ = false;
     if (nearest.size() != 0) nearest_ = std::move(nearest);
@@ -204,8 +214,6 @@ class ForceArrays {
     release(needs.local_statistics, local_statistics_);
     release(needs.averages(), averaging_);
     release(needs.region_tables, region_tables_);
-    if (!needs.fields && fields_.size() != 0) fields_changed_ = true;
-    release(needs.fields, fields_);
     release(needs.searches(IntensityProfileForce::id), profiles_);
     release(acts(AttractionForce::id), points_, nearest_, patches_, attraction_sums_, in_patch_);
   }
@@ -220,7 +228,6 @@ class ForceArrays {
     for (int force = 0; force < kForceCount; ++force) view.targets[force] = targets_[force].data();
     view.profiles = profiles_.data(), view.profile_stride = profile_stride_;
     view.region_tables = region_tables_.data(), view.local_statistics = local_statistics_.data();
-    view.fields = fields_.data();
     view.attraction = {points_.data(),          point_count(),   (max_points_ + kPointGroup - 1) / kPointGroup,
                        needs.nearest_blocks,    nearest_.data(), patches_.data(),
                        attraction_sums_.data(), in_patch_.data()};
@@ -235,8 +242,8 @@ class ForceArrays {
     for (const ForceInfo& force : force_list())
       if (force.targets != nullptr) add(force.targets, targets_[static_cast<int>(force.id)]);
     add("reference profiles", profiles_), add("averaging", averaging_), add("local statistics", local_statistics_);
-    add("region tables", region_tables_), add("fields", fields_), add("attraction points", points_),
-        add("attraction bindings", nearest_);
+    add("region tables", region_tables_), add("fields", AllFields{fields_});
+    add("attraction points", points_), add("attraction bindings", nearest_);
     add("attraction patches", patches_), add("attraction sums", attraction_sums_), add("attraction flags", in_patch_);
   }
 
@@ -256,12 +263,21 @@ class ForceArrays {
     }
     return all;
   }
-  /// Fields of all meshes, one after another.
-  std::vector<std::uint16_t> all_fields() const {
-    std::vector<std::uint16_t> all;
-    for (const std::vector<std::uint16_t>& field : fields_host_) all.insert(all.end(), field.begin(), field.end());
-    return all;
-  }
+  using FieldValues = typename Executor::template Shared<std::uint16_t>;
+  /// Field of a mesh; without one, `owner` is null.
+  struct Field {
+    std::shared_ptr<const void> owner;
+    std::span<const std::uint16_t> values;
+    std::shared_ptr<FieldValues> array;  ///< the values in the memory of the executor; null: not needed
+  };
+  struct AllFields {
+    const std::vector<Field>& fields;
+    std::size_t bytes() const {
+      std::size_t sum = 0;
+      for (const Field& field : fields) sum += field.array ? field.values.size_bytes() : 0;
+      return sum;
+    }
+  };
 
   std::vector<Vec4> shape_host_;  ///< in patch order; 0 for meshes without a reference
   std::vector<char> has_shape_;   ///< for each mesh, nonzero if it has a reference
@@ -269,8 +285,7 @@ class ForceArrays {
       fixed_targets_;  ///< for each mesh and force; empty: targets are searched for
   std::vector<std::vector<float>> profiles_host_;
   std::vector<float> region_tables_host_;
-  std::vector<std::vector<std::uint16_t>> fields_host_;  ///< for each mesh; empty: no field
-  bool fields_changed_ = true;                           ///< true if the fields have changed since the last upload
+  std::vector<Field> fields_;  ///< for each mesh
   std::vector<PointView> points_host_;
   bool points_changed_ = true;  ///< true if the points have changed since the last upload
   int max_points_ = 0;          ///< largest number of points of one mesh
@@ -278,7 +293,6 @@ class ForceArrays {
   Array<Vec4> shape_, local_statistics_, averaging_;
   std::array<Array<Vec4>, kForceCount> targets_;
   Array<float> ring_sums_, profiles_, region_tables_;
-  Array<std::uint16_t> fields_;
   Array<PointView> points_;
   Array<unsigned long long> nearest_;
   Array<PatchEntry> patches_;

@@ -193,6 +193,7 @@ struct IntegrateKernel {
         return;
       }
     }
+    if (m.asleep != 0) return;
     Vec3Of<R> z = sum, from = q;
     if (form != StepForm::Plain) {
       // A vertex without any force does not move.
@@ -242,7 +243,7 @@ struct CorrectedStep {
     if ((load_relaxed(&v.status->failure) >> 40) <= vertex_step.number()) return;
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
-    if (m.form != StepForm::Corrected) return;  // IntegrateKernel has computed the step
+    if (m.form != StepForm::Corrected || m.asleep != 0) return;  // IntegrateKernel has computed the step
     const Vec3 z = end_cycle(v, m, i, nb);
     if (!vertex_step.apply(v.coefficients[nb.w], m.limit_mm, i, v.current[i], xyz(v.previous[i]),
                            xyz(v.levels.residual[i]), z))
@@ -257,6 +258,17 @@ struct SavePose {
   Vec4* saved;
   int first;
   SIMPLEXSEG_HD void operator()(int index) const { saved[first + index] = current[first + index]; }
+};
+/// Copies the current positions, with w = 0, starting at vertex `first`: of a mesh that falls asleep, all positions are
+/// equal.
+struct StopMesh {
+  static constexpr const char* name = "stop mesh";
+  Texels<Vec4> current;
+  Vec4* positions;
+  int first;
+  SIMPLEXSEG_HD void operator()(int index) const {
+    positions[first + index] = with_w(xyz(current[first + index]), 0.0f);
+  }
 };
 /// Restores a saved pose with velocity 0, starting at vertex `first`.
 struct RestorePose {
@@ -284,7 +296,7 @@ struct BlockMotion {
     const MeshConstants& m = v.meshes[index / blocks];
     const int first = (index % blocks) * kBlock,
               last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
-    if (first >= last || m.idle != 0) return;  // the last measurement remains valid
+    if (first >= last || m.asleep != 0) return;  // the last measurement remains valid
     const Vec3 origin = xyz(v.current[m.first_vertex]);
     typename L::Sum move, edges, force, change, square, folded, volume;
     auto add = [&](int k, auto i) SIMPLEXSEG_INLINED {
@@ -340,7 +352,7 @@ struct EndOfBatch {
   SIMPLEXSEG_HD void operator()(int mesh, L lanes) const {
     const MeshConstants& m = v.meshes[mesh];
     MeshMotion s{};
-    const int used_blocks = m.idle != 0 ? 0 : (m.vertex_count + BlockMotion::kBlock - 1) / BlockMotion::kBlock;
+    const int used_blocks = m.asleep != 0 ? 0 : (m.vertex_count + BlockMotion::kBlock - 1) / BlockMotion::kBlock;
     for (int b = lanes.lane; b < used_blocks; b += L::width) {
       const MeshMotion& x = sums[mesh * blocks + b];
       s.mean_move_mm += x.mean_move_mm, s.mean_edge_mm += x.mean_edge_mm, s.mean_square_force += x.mean_square_force,
@@ -357,7 +369,7 @@ struct EndOfBatch {
          0};
     if (lanes.lane != 0) return;
     const float each = m.vertex_count > 0 ? 1.0f / m.vertex_count : 0.0f;
-    if (m.idle == 0)
+    if (m.asleep == 0)
       motion[mesh] = {s.mean_move_mm * each,
                       s.mean_edge_mm * each * (1.0f / 3.0f),
                       s.mean_square_force * each,

@@ -3,6 +3,7 @@
 // - Array<T>: data(), size(), resize(n) (contents undefined afterwards), assign(span) (resizes and uploads),
 //   assign_async(span) (the source must not change until wait()), upload(span), download(span), fill_zero(); for Vec4
 //   also texels(), the read-only view of kernels
+// - Shared<T>: array that kernels only read; share(span): makes the values readable, which must stay unchanged; data()
 // - NeighbourArray: array of Int4 that kernels only read; assign(span), texels()
 // - HostVisible<T>: array that kernels write and that the host reads after wait()
 // - wait(): returns after all earlier runs and transfers
@@ -42,7 +43,7 @@ struct Launcher {
     ++launches[Kernel::name];
     executor.run(kernel, n);
   }
-  /// Runs a kernel over all vertices; those of idle meshes (MeshConstants::idle) may be skipped.
+  /// Runs a kernel over all vertices; those of sleeping meshes (MeshConstants::asleep) may be skipped.
   template <class Kernel>
   void run_over_vertices(const Kernel& kernel, int n) {
     ++launches[Kernel::name];

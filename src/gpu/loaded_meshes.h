@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,7 @@ class LoadedMeshes {
   bool active(ForceId force) const { return built(force) && needs_.uses(force); }
   int refresh_interval() const { return static_cast<int>(simulation_.refresh_interval + 0.5f); }
 
+  using Undo = typename ForceArrays<Executor>::Undo;
   /// Copy of the state that a change of settings modifies, except for the arrays and their host data.
   struct Settings {
     std::vector<ForceParameters> requested;
@@ -50,10 +52,23 @@ class LoadedMeshes {
     requested_ = std::move(before.requested), simulation_ = before.simulation, needs_ = before.needs;
     phase_ = before.phase, forms_due_ = before.forms_due;
     meshes_.restore(std::move(before.constants));
-    clear_skipped();
     supervision_.restore(std::move(before.supervision));
     release_unneeded();
     if (meshes_.size() != 0) meshes_.upload_constants();
+  }
+
+  /// Changes settings of the loaded meshes. If `change` throws, restores the previous settings and calls `undo`, if
+  /// `change` has set it, to restore the host data of the forces.
+  void all_or_nothing(const std::function<void(Undo& undo)>& change) {
+    Settings before = settings();
+    Undo undo;
+    try {
+      change(undo);
+    } catch (...) {
+      if (undo) undo();
+      restore(std::move(before));
+      throw;
+    }
   }
 
   /// Allocates the arrays that the step needs, then releases the others. After a failed allocation the existing arrays
@@ -70,28 +85,67 @@ class LoadedMeshes {
     release_unneeded();
   }
 
-  /// Excludes settled meshes without forces from later steps, in which their vertices would not change. True if more
-  /// meshes are excluded than before; recorded runs are then invalid.
-  bool skip_settled_meshes(Launcher<Executor>& launcher) {
-    bool more = false;
+  /// Excludes sleeping meshes from later steps, and includes all others. `asleep`: one value per mesh. Meshes that fall
+  /// asleep get velocity 0. True if the excluded meshes have changed; recorded runs are then invalid.
+  bool set_asleep(std::span<const char> asleep, Launcher<Executor>& launcher, const StepView& view) {
+    bool changed = false, falls_asleep = false;
     for (std::size_t k = 0; k < meshes_.size(); ++k) {
       MeshConstants& c = meshes_[k];
-      const MeshMotion& motion = results_.motion()[k];
-      if (c.idle != 0 || motion.mean_move_mm != 0 || motion.square_move != 0 || acts(k)) continue;
-      if (meshes_.is_still(k)) c.idle = 1, more = true;
+      if ((c.asleep != 0) == (asleep[k] != 0)) continue;
+      changed = true;
+      c.asleep = asleep[k] != 0;
+      if (c.asleep == 0) continue;
+      falls_asleep = true;
+      for (const int other : {0, 2})
+        launcher.run(StopMesh{view.current, meshes_.positions_at(phase_.oldest + other), c.first_vertex},
+                     c.vertex_count);
+      launcher.run(StopMesh{view.current, meshes_.positions_at(phase_.oldest + 1), c.first_vertex}, c.vertex_count);
     }
-    if (!more) return false;
+    if (!changed) return false;
+    launcher.executor.restrict_vertices({});
+    if (falls_asleep) {
+      launcher.run_over_vertices(GeometryKernel{view, {1, 1}}, meshes_.vertex_count());
+      meshes_.copy_frames(launcher, phase_.frame);
+    }
     meshes_.upload_constants();
-    launcher.executor.restrict_vertices(active_vertices());
-    meshes_.copy_frames(launcher, phase_.frame);
+    launcher.executor.restrict_vertices(awake_vertices());
+    phase_.refresh_due = true;
     return true;
   }
-  /// Includes all meshes in later steps; required by every change of settings. True if a mesh was excluded before.
-  bool include_all_meshes(Launcher<Executor>& launcher) {
-    launcher.executor.restrict_vertices({});
-    return clear_skipped();
+
+  /// Loads meshes and points. Arrays that are the same in `before` are shared. `spacing_mm`: of the volume.
+  void load_arrays(std::span<const EngineMesh> meshes, std::span<const EnginePoint> points,
+                   const Eigen::Vector3d& spacing_mm, const LoadedMeshes& before) {
+    meshes_.load(meshes, before.meshes_);
+    forces_.load(meshes, spacing_mm, meshes_, before.forces_);
+    forces_.set_points(points, meshes_);
+    results_.load(meshes_);
+  }
+  /// Measures the loaded poses if a mesh is loaded asleep, then excludes the sleeping meshes from the steps.
+  void load_asleep(std::span<const EngineMesh> meshes, Launcher<Executor>& launcher, const StepView& view) {
+    std::vector<char> asleep;
+    for (const EngineMesh& m : meshes) asleep.push_back(m.asleep);
+    if (std::find(asleep.begin(), asleep.end(), 1) == asleep.end()) return;
+    launcher.run_over_vertices(GeometryKernel{view, {0, 1}}, meshes_.vertex_count());
+    results_.end_batch(launcher, view);
+    launcher.executor.wait();
+    set_asleep(asleep, launcher, view);
   }
 
+  /// Vertices of all meshes that are awake, and always vertex 0, whose kernel call updates the step counters; no
+  /// ranges if all are.
+  std::vector<VertexRange> awake_vertices() const {
+    std::vector<VertexRange> ranges;
+    for (const MeshConstants& c : meshes_.all())
+      if (c.asleep == 0) ranges.push_back({c.first_vertex, c.first_vertex + c.vertex_count});
+    if (ranges.size() == meshes_.size()) return {};
+    if (ranges.empty() || ranges[0].first > 0) ranges.insert(ranges.begin(), {0, 1});
+    return ranges;
+  }
+  bool all_asleep() const {
+    return std::all_of(meshes_.all().begin(), meshes_.all().end(),
+                       [](const MeshConstants& c) { return c.asleep != 0; });
+  }
   /// Residual of mesh k in the last step of a batch, mm: root mean square of the force over the vertices, divided by
   /// the sum of the weights of the active forces.
   float residual_mm(std::size_t k) {
@@ -123,19 +177,6 @@ class LoadedMeshes {
   BatchResults<Executor> results_;
 
  private:
-  bool clear_skipped() {
-    bool any = false;
-    for (std::size_t k = 0; k < meshes_.size(); ++k) any = std::exchange(meshes_[k].idle, 0) != 0 || any;
-    return any;
-  }
-  /// Vertices of all meshes that are not idle, and always vertex 0, whose kernel call updates the step counters.
-  std::vector<VertexRange> active_vertices() const {
-    std::vector<VertexRange> ranges;
-    for (const MeshConstants& c : meshes_.all())
-      if (c.idle == 0) ranges.push_back({c.first_vertex, c.first_vertex + c.vertex_count});
-    if (ranges.empty() || ranges[0].first > 0) ranges.insert(ranges.begin(), {0, 1});
-    return ranges;
-  }
   bool acts(std::size_t k) const {
     const MeshNeeds needs = forces_.needs_of_mesh(k, meshes_[k]);
     return std::any_of(force_list().begin(), force_list().end(),

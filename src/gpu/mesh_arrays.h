@@ -2,7 +2,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstring>
+#include <array>
 #include <span>
 #include <utility>
 #include <vector>
@@ -27,14 +27,15 @@ class MeshArrays {
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Loads meshes. Throws Error, without any change, if they have more than 500 million vertices.
-  void load(std::span<const EngineMesh> meshes) {
+  /// Loads meshes. Uses the orders of those meshes of `before` that have the same neighbours. Throws Error, without any
+  /// change, if they have more than 500 million vertices.
+  void load(std::span<const EngineMesh> meshes, const MeshArrays& before) {
     long total = 0;
     for (const EngineMesh& m : meshes) total += static_cast<long>(m.positions.size());
     if (total > 500'000'000) throw Error("meshes", "more than 500 million vertices", "use fewer or coarser meshes");
     vertex_count_ = static_cast<int>(total);
     constants_.assign(meshes.size(), {});
-    orders_.assign(meshes.size(), {});
+    orders_.assign(meshes.size(), {}), loaded_neighbours_.assign(meshes.size(), {});
     boxes_.assign(meshes.size(), Eigen::AlignedBox3d());
     std::vector<Vec4> current(vertex_count_), previous(vertex_count_);
     std::vector<Int4> neighbours(vertex_count_);
@@ -45,11 +46,16 @@ class MeshArrays {
       const int n = static_cast<int>(m.positions.size());
       MeshConstants& c = constants_[k];
       // In patch order, neighbours are near each other in memory, which makes reads faster.
-      orders_[k] = patch_order(m.neighbours);
+      loaded_neighbours_[k].assign(m.neighbours.begin(), m.neighbours.end());
+      const auto same =
+          std::find(before.loaded_neighbours_.begin(), before.loaded_neighbours_.end(), loaded_neighbours_[k]);
+      orders_[k] = same != before.loaded_neighbours_.end() ? before.orders_[same - before.loaded_neighbours_.begin()]
+                                                           : patch_order(m.neighbours);
       const std::vector<int>& order = orders_[k];
       std::vector<int> place(n);
       for (int i = 0; i < n; ++i) place[order[i]] = i;
-      c.first_vertex = first, c.vertex_count = n, c.finest = m.finest, c.forces = m.parameters, c.region_table = -1;
+      c.first_vertex = first, c.vertex_count = n, c.finest = m.finest, c.forces = m.parameters;
+      c.region_table = -1;
       for (int to = 0; to < n; ++to) {
         const int i = order[to];
         const Eigen::Vector3f &x = m.positions[i], &q = m.previous[i];
@@ -67,7 +73,7 @@ class MeshArrays {
     neighbours_host_ = std::move(neighbours);
     for (auto& x : positions_) x.resize(vertex_count_);
     positions_[0].upload(previous);
-    positions_[1].upload(current);
+    positions_[1].upload(current), positions_[2].upload(current);
     frames_[0].resize(vertex_count_);
     frames_[0].fill_zero();
   }
@@ -110,19 +116,6 @@ class MeshArrays {
     copy(positions_[(oldest + 1) % 3], positions);
     copy(positions_[oldest], previous);
   }
-  /// True if the last two steps did not move any vertex of mesh k, and w of its positions is 0. Downloads the
-  /// positions.
-  bool is_still(std::size_t k) {
-    const MeshConstants& c = constants_[k];
-    std::vector<Vec4> poses[3];
-    for (int pose = 0; pose < 3; ++pose) {
-      poses[pose].resize(c.vertex_count);
-      positions_[pose].download(poses[pose], c.first_vertex);
-    }
-    auto same = [](Vec4 x, Vec4 y) { return std::memcmp(&x, &y, sizeof(Vec3)) == 0 && x.w == 0 && y.w == 0; };
-    return std::equal(poses[0].begin(), poses[0].end(), poses[1].begin(), same) &&
-           std::equal(poses[0].begin(), poses[0].end(), poses[2].begin(), same);
-  }
   Vec4* positions_at(int array) { return positions_[array % 3].data(); }
 
   /// Sets the largest valid coordinate of each mesh, mm: start_distance_mm() plus ten times the diagonal of the scene,
@@ -163,7 +156,8 @@ class MeshArrays {
     if (at == 1) std::swap(frames_[0], frames_[1]);
     frames_[1].resize(0);
   }
-  /// Copies the current frames to the other array, if there are two: later steps do not recompute those of idle meshes.
+  /// Copies the current frames to the other array, if there are two: later steps do not compute those of sleeping
+  /// meshes.
   void copy_frames(Launcher<Executor>& launcher, int at) {
     if (frames_[1].size() != 0) launcher.run(SavePose{frames_[at].texels(), other_frame(at), 0}, vertex_count_);
   }
@@ -190,7 +184,8 @@ class MeshArrays {
   std::vector<MeshConstants> constants_;
   Array<MeshConstants> device_constants_;
   std::vector<std::vector<int>> orders_;
-  std::vector<Eigen::AlignedBox3d> boxes_;  ///< bounding box of each mesh as loaded, mm
+  std::vector<std::vector<std::array<int, 3>>> loaded_neighbours_;  ///< of each mesh, as given to load()
+  std::vector<Eigen::AlignedBox3d> boxes_;                          ///< bounding box of each mesh as loaded, mm
   std::vector<Int4> neighbours_host_;
   typename Executor::NeighbourArray neighbours_;
   Array<Vec4> positions_[3], frames_[2];

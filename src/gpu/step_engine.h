@@ -45,16 +45,17 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     for (const EngineMesh& m : meshes) check_field(m.field, volume_);
     Loaded before;  // the previous meshes, after exchange()
     exchange(before);
+    executor().restrict_vertices({});
     try {
-      meshes_.load(meshes);
-      forces_.load(meshes, volume_.geometry().spacing_mm, meshes_);
-      forces_.set_points(points, meshes_);
-      results_.load(meshes_);
+      this->load_arrays(meshes, points, volume_.geometry().spacing_mm, before);
       std::vector<SolverState> solver_states;
       for (const EngineMesh& m : meshes) requested_.push_back(m.parameters), solver_states.push_back(m.solver);
       apply_parameters(simulation, solver_states);
+      update_view();
+      this->load_asleep(meshes, launcher_, view_);
     } catch (...) {
       exchange(before);
+      executor().restrict_vertices(this->awake_vertices());
       runs_.clear();
       update_view();
       throw;
@@ -87,14 +88,20 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     });
   }
 
+  void set_asleep(std::span<const char> meshes) override {
+    SIMPLEXSEG_EXPECT(meshes.size() == meshes_.size());
+    update_view();
+    if (Loaded::set_asleep(meshes, launcher_, view_)) runs_.clear();
+  }
+
   void set_field(int mesh, const EngineField& field) override {
     check_field(field, volume_);
     all_or_nothing([&](Undo& undo) {
       const bool had = forces_.has_field(mesh);
       undo = forces_.set_field(mesh, field, volume_.geometry().spacing_mm, meshes_);
       if (forces_.has_field(mesh) != had) return apply_parameters(simulation_, {});
-      meshes_.upload_constants();
       update_arrays();
+      meshes_.upload_constants();
       phase_.refresh_due = true;
     });
   }
@@ -113,11 +120,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
 
   StepOutcome step(int count) override {
     StepOutcome outcome;
-    if (meshes_.vertex_count() == 0 || count <= 0) {
-      outcome.steps = std::max(count, 0);
-      for (std::size_t k = 0; k < meshes_.size(); ++k) add_outcome(k, MeshMotion{}, 0, outcome);
-      return outcome;
-    }
+    if (this->all_asleep()) outcome.steps = std::max(count, 0);
     [[maybe_unused]] const auto range = executor().range("steps");
     if (forms_due_) apply_forms();
     while (outcome.steps < count && !outcome.failure && !forms_due_) {
@@ -135,7 +138,6 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
         supervision_.advance_interval(done, meshes_, results_.motion());
         if (regularisation_due) update_regularisation();
         if (interval_ends) evaluate_interval(outcome);
-        if (this->skip_settled_meshes(launcher_)) runs_.clear();
       }
     }
     for (std::size_t k = 0; k < meshes_.size(); ++k) add_outcome(k, results_.motion()[k], residual_mm(k), outcome);
@@ -198,8 +200,8 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
 
  private:
   using Loaded = LoadedMeshes<Executor>;
-  using Undo = typename ForceArrays<Executor>::Undo;
-  using Loaded::active, Loaded::refresh_interval, Loaded::residual_mm, Loaded::add_outcome;
+  using Undo = typename Loaded::Undo;
+  using Loaded::active, Loaded::refresh_interval, Loaded::residual_mm, Loaded::add_outcome, Loaded::all_or_nothing;
   using Loaded::meshes_, Loaded::forces_, Loaded::supervision_, Loaded::levels_, Loaded::results_, Loaded::tiles_;
   using Loaded::requested_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
   void exchange(Loaded& other) { std::swap(static_cast<Loaded&>(*this), other); }
@@ -294,21 +296,6 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     if (!volume.empty()) describe(volume, view_.volume);
   }
 
-  /// Changes settings of the loaded meshes. If `change` throws, restores the previous settings and calls `undo`, if
-  /// `change` has set it, to restore the host data of the forces.
-  void all_or_nothing(const std::function<void(Undo& undo)>& change) {
-    auto before = this->settings();
-    Undo undo;
-    try {
-      change(undo);
-    } catch (...) {
-      if (undo) undo();
-      this->restore(std::move(before));
-      update_view();
-      throw;
-    }
-  }
-
   /// Applies the parameters of all meshes. `solver_states`: earlier solver state of each mesh; empty: initial states.
   void apply_parameters(const SimulationParameters& simulation, std::span<const SolverState> solver_states) {
     simulation_ = simulation;
@@ -358,6 +345,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void evaluate_interval(StepOutcome& outcome) {
     supervision_.end_interval(meshes_, results_.motion(), phase_.measured_at_refresh, refresh_interval());
     for (std::size_t k = 0; k < meshes_.size() && !outcome.failure; ++k) {
+      if (meshes_[k].asleep != 0) continue;
       const auto failure = supervision_.reason_to_undo(k, meshes_, results_.motion()[k], residual_mm(k),
                                                        phase_.measured_at_refresh, refresh_interval());
       if (failure) undo(*failure, outcome);
@@ -407,8 +395,8 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     const StepView view_before = view_;
     const StepNeeds needed_before = needs_;
     const bool tiles_before = tiles_.allocated();
-    if (this->include_all_meshes(launcher_)) runs_.clear();
     this->allocate_needed_arrays(!volume_.empty());
+    if (tiles_before != tiles_.allocated()) meshes_.copy_frames(launcher_, phase_.frame);
     update_view();
     const int interval_before = std::exchange(recorded_interval_, refresh_interval());
     // Recorded runs contain the addresses of the arrays and the sequence of kernels.

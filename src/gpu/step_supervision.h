@@ -97,13 +97,13 @@ class StepSupervision {
   bool ends_interval(int batch) const { return s_.evaluates_intervals && s_.interval_steps + batch == s_.interval; }
   /// Saves the poses if an interval begins, because the interval may have to be undone.
   void save_poses(Launcher<Executor>& launcher, const StepView& view, Meshes& meshes) {
-    constexpr int kSaved = 2;  // value of MeshConstants::idle after the settled pose was saved
+    constexpr int kSaved = 2;  // value of MeshConstants::asleep after the pose was saved
     if (saved_pose_.size() == 0 || s_.interval_steps != 0) return;
     for (std::size_t k = 0; k < meshes.size(); ++k) {
-      if (meshes[k].idle == kSaved) continue;
+      if (meshes[k].asleep == kSaved) continue;
       if (folds_.accept_pose(k))
         launcher.run(SavePose{view.current, saved_pose_.data(), meshes[k].first_vertex}, meshes[k].vertex_count);
-      if (meshes[k].idle != 0) meshes[k].idle = kSaved;
+      if (meshes[k].asleep != 0) meshes[k].asleep = kSaved;
     }
   }
   /// Adds the steps of a successful batch to the interval.

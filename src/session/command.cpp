@@ -26,6 +26,7 @@ const char* title(const ReorderMesh&) { return "reorder segmentations"; }
 const char* title(const SetParameters&) { return "change all parameters"; }
 const char* title(const StartFieldUpdate&) { return "start field update"; }
 const char* title(const CommitFieldUpdate&) { return "commit field update"; }
+const char* title(const CommitPreliminaryField&) { return "commit preliminary field"; }
 const char* title(const CancelFieldUpdate&) { return "cancel field update"; }
 const char* title(const RequestFieldUpdate&) { return "request field update"; }
 const char* title(const Undo&) { return "undo"; }

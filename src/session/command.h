@@ -108,6 +108,9 @@ struct StartFieldUpdate {
 /// Waits for the field that was started last and attaches it to its mesh, unless the field was cancelled: an undo, a
 /// redo or a deletion made it useless. Cannot be undone.
 struct CommitFieldUpdate {};
+/// Waits for the next preliminary field of the update that was started last, and attaches it to its mesh. Cannot be
+/// undone.
+struct CommitPreliminaryField {};
 /// Stops the field that is being solved and discards its solution; the mesh keeps its field. The automatic update
 /// solves it again only when a mark changes, or after RequestFieldUpdate. Cannot be undone. An undo, a redo or a
 /// deletion that makes the field useless stops it too; this command then follows in the log and frees its memory.
@@ -122,7 +125,7 @@ struct Redo {};
 using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
                              MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
                              SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
-                             CancelFieldUpdate, RequestFieldUpdate>;
+                             CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -15,11 +15,17 @@ EngineScene engine_scene(const Scene& scene, const Volume& volume) {
     m.finest = is_finest(item, scene.simulation, voxel_mm(volume));
     m.solver = item.solver;
     m.edge_mm = item.edge_mm;
-    if (item.has_field()) m.field = {item.field->cell, item.field->box, item.field->values};
+    m.asleep = item.sleep.asleep;
+    m.field = engine_field(item);
     loaded.meshes.push_back(m);
   }
   loaded.points = engine_points(scene);
   return loaded;
+}
+
+EngineField engine_field(const MeshItem& item) {
+  if (!item.has_field()) return {};
+  return {item.field->cell, item.field->box, item.field->values, item.field};
 }
 
 std::vector<EnginePoint> engine_points(const Scene& scene) {

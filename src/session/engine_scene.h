@@ -16,6 +16,8 @@ struct EngineScene {
   std::vector<EnginePoint> points;
 };
 EngineScene engine_scene(const Scene& scene, const Volume& volume);
+/// Field of a mesh for the engine, which shares its values; without values if the mesh has none.
+EngineField engine_field(const MeshItem& item);
 /// Attraction points of the engine: the boundary points of the scene.
 std::vector<EnginePoint> engine_points(const Scene& scene);
 

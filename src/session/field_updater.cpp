@@ -24,13 +24,26 @@ struct FieldCancelled {};
 /// Number of most recent marks that the first update of a mesh applies individually.
 constexpr std::size_t kIncrementalMarks = 8;
 
+using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
+
 /// Updates a field with the marks. `first`: the field has no marks yet; the most recent marks are then applied
 /// individually, because the effect of a mark depends on the field that it corrected. `report` receives the completed
-/// fraction. Throws only DeviceError; MeshField::problem is set for any other Error.
+/// fraction, `publish` the preliminary fields of a first update. Throws only DeviceError; MeshField::problem is set for
+/// any other Error.
 std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::vector<Mark> marks,
                                        std::vector<Mark> others, const VolumeGeometry& geometry,
-                                       const ReportProgress& report) {
+                                       const ReportProgress& report, const Publish& publish) {
   auto solved = std::make_shared<MeshField>();
+  const auto take_values = [&](MeshField& to) {
+    to.cell = field.cell();
+    to.box = field.box();
+    to.values = field.values(field_value_of(cell_geometry(geometry, field.cell())));
+  };
+  const auto publish_box = [&] {
+    auto preliminary = std::make_shared<MeshField>();
+    take_values(*preliminary);
+    publish(std::move(preliminary));
+  };
   try {
     std::size_t count = marks.size();
     if (first) count = std::max(count, kIncrementalMarks + 1) - kIncrementalMarks;
@@ -38,13 +51,13 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::ve
     for (; count <= marks.size(); ++count) {
       const auto done = static_cast<float>(count - first_count);
       const auto updates = static_cast<float>(marks.size() - first_count + 1);
-      field.update({marks.data(), count}, others, [&](float fraction) { report((done + fraction) / updates); });
+      field.update(
+          {marks.data(), count}, others, [&](float fraction) { report((done + fraction) / updates); },
+          first && count == first_count ? std::function<void()>(publish_box) : nullptr);
     }
-    solved->cell = field.cell();
-    solved->box = field.box();
     solved->leaks = field.report().leaks;
     solved->expected_dice = static_cast<float>(field.report().expected_dice);
-    solved->values = field.values(field_value_of(cell_geometry(geometry, field.cell())));
+    take_values(*solved);
     report(1);
   } catch (const DeviceError&) {
     throw;
@@ -119,15 +132,27 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   solving_marks_ = marks;
   cancelled_ = false;
   progress_ = 0;
+  running_ = true;
   const auto start_in_background = [this](auto work) {
-    result_ = std::async(std::launch::async, [work = std::move(work)]() mutable {
+    result_ = std::async(std::launch::async, [this, work = std::move(work)]() mutable {
       lower_thread_priority();
+      const auto end = [this](Result result) {
+        const std::lock_guard lock(preliminary_mutex_);
+        running_ = false;
+        preliminary_changed_.notify_all();
+        return result;
+      };
       try {
-        return work();
+        return end(work());
       } catch (const FieldCancelled&) {
-        return Result();
+        return end({});
       }
     });
+  };
+  const Publish publish = [this](std::shared_ptr<const MeshField> field) {
+    const std::lock_guard lock(preliminary_mutex_);
+    preliminary_.push_back(std::move(field));
+    preliminary_changed_.notify_all();
   };
   if (item.start) {
     start_in_background([start = item.start->mesh, marks = std::move(marks), others = std::move(others),
@@ -136,35 +161,53 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     });
     return;
   }
-  start_in_background(
-      [this, one = &fields_[item.id], marks = std::move(marks), others = std::move(others), run, stop_if_cancelled] {
-        const auto solve_with = [&](const MakeFieldSolver& make) {
-          const bool first = !*one;
-          if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
-          // After a failure of the device, the CPU reports the remaining range of the progress.
-          return solve(**one, first, marks, others, volume_->geometry(),
-                       [this, stop_if_cancelled, from = progress_.load()](float fraction) {
-                         stop_if_cancelled();
-                         progress_ = from + (1 - from) * fraction;
-                       });
-        };
-        try {
-          return Result{solve_with(make_solver_), ""};
-        } catch (const DeviceError& failure) {
-          one->reset();
-          return Result{solve_with(make_cpu_field_solver), failure.what()};
-        }
-      });
+  start_in_background([this, one = &fields_[item.id], marks = std::move(marks), others = std::move(others), run,
+                       stop_if_cancelled, publish] {
+    const auto solve_with = [&](const MakeFieldSolver& make) {
+      const bool first = !*one;
+      if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
+      // After a failure of the device, the CPU reports the remaining range of the progress.
+      return solve(
+          **one, first, marks, others, volume_->geometry(),
+          [this, stop_if_cancelled, from = progress_.load()](float fraction) {
+            stop_if_cancelled();
+            progress_ = from + (1 - from) * fraction;
+          },
+          publish);
+    };
+    try {
+      return Result{solve_with(make_solver_), ""};
+    } catch (const DeviceError& failure) {
+      one->reset();
+      return Result{solve_with(make_cpu_field_solver), failure.what()};
+    }
+  });
 }
 
 bool FieldUpdater::ready() const {
   return solving_mesh_ != 0 && result_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
+bool FieldUpdater::has_preliminary() const {
+  if (solving_mesh_ == 0 || cancelled_) return false;
+  const std::lock_guard lock(preliminary_mutex_);
+  return !preliminary_.empty();
+}
+
+std::shared_ptr<const MeshField> FieldUpdater::next_preliminary() {
+  std::unique_lock lock(preliminary_mutex_);
+  preliminary_changed_.wait(lock, [&] { return !preliminary_.empty() || !running_; });
+  if (preliminary_.empty()) return nullptr;
+  std::shared_ptr<const MeshField> field = std::move(preliminary_.front());
+  preliminary_.pop_front();
+  return field;
+}
+
 std::shared_ptr<const MeshField> FieldUpdater::finish() {
   SIMPLEXSEG_EXPECT(solving_mesh_ != 0);
   const ItemId mesh = std::exchange(solving_mesh_, 0);
   const Result result = result_.get();
+  preliminary_.clear();
   if (!result.failure.empty()) {
     notice_ = "the segmentation is computed on the CPU from now on: " + result.failure;
     std::erase_if(fields_, [&](const auto& field) { return field.first != mesh; });

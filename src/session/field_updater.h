@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <atomic>
+#include <condition_variable>
+#include <deque>
 #include <future>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +64,11 @@ class FieldUpdater {
   /// Whether the field that was started is complete, so that finish() returns without waiting; false if none was
   /// started.
   bool ready() const;
+  /// Whether a preliminary field of the running update has not been taken yet; false after cancel().
+  bool has_preliminary() const;
+  /// Waits for the next preliminary field of the running update and removes it; null if the update ends without one.
+  /// The fields do not depend on when they are taken; finish() discards the rest.
+  std::shared_ptr<const MeshField> next_preliminary();
   /// Waits for the field that was started and returns it; null after cancel(). Does not throw Error for a failure;
   /// MeshField::problem then contains the reason.
   std::shared_ptr<const MeshField> finish();
@@ -83,6 +91,10 @@ class FieldUpdater {
   std::atomic<bool> cancelled_ = false;  ///< read by the background thread between parallel loops
   std::atomic<float> progress_ = 0;      ///< completed fraction, written by the background thread
   std::future<Result> result_;
+  mutable std::mutex preliminary_mutex_;
+  std::condition_variable preliminary_changed_;
+  std::deque<std::shared_ptr<const MeshField>> preliminary_;  ///< preliminary fields that have not been taken
+  bool running_ = false;                                      ///< whether the update may add preliminary fields
 };
 
 }  // namespace simplexseg

@@ -16,12 +16,14 @@ struct MeshField {
   VoxelBox box{};  ///< box of cells of the volume
   /// One value for each cell, encoded as in FieldBox (src/forces/step_view.h); empty if the solution failed.
   std::vector<std::uint16_t> values;
-  std::vector<Mark> marks;
+  std::vector<Mark> marks;   ///< empty for a preliminary field
   std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: background for this mesh
   bool leaks = false;        ///< whether the object reaches the sides of the largest box: it spreads without a border
   float expected_dice = 1;   ///< expected Dice coefficient (EvidenceField::Report); 1 for field_of_start()
   std::string problem;       ///< reason for the failure; empty: none
 
+  /// Whether it was solved in a box that may still grow, and another field of the same update follows.
+  bool is_preliminary() const { return marks.empty(); }
   /// Whether the segmentation is probably wrong: the expected Dice coefficient is below 0.35, for example because the
   /// seed lies in no object. Measured: true for none of 51 seeds in objects and for all four seeds in bowel
   /// (docs/results/archive/evidence-2026-11-23.md).

@@ -43,7 +43,7 @@ void restart(MeshItem& item, const SimulationParameters& simulation, const Volum
   item.profiles.clear();
   item.steps_at_level = 0;
   item.rebuilt = item.start.has_value(), item.fit = {};
-  item.solver = {};
+  item.solver = {}, item.sleep = {};
   item.region = region_of(item, volume);
 }
 
@@ -74,12 +74,13 @@ void refine_item(MeshItem& item) {
   item.edge_mm = edge_of(item.mesh);
   item.shape = shape_reference_of(item.mesh);
   item.steps_at_level = 0;
-  item.solver = {};
+  item.solver = {}, item.sleep = {};
 }
 
 void record_profiles(MeshItem& item, const Volume& volume) {
   if (volume.empty()) throw Error("intensity profiles", "no image is open", "open one first");
   item.profiles = profile_reference_of(item.mesh, volume, item.parameters);
+  item.sleep = {};
 }
 
 bool uses_field(const MeshItem& item, const Volume& volume) {
@@ -102,10 +103,12 @@ ForceParameters active_parameters(const MeshItem& item, const Volume& volume) {
 
 LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
                        float mean_move_mm, float mean_edge_mm) {
-  if (item.locked) return LevelState::Settled;
+  if (item.locked || item.sleep.asleep) return LevelState::Settled;
   const bool settled = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
   if (waits_for_field(item, volume))
     return settled || item.field || item.cancelled ? LevelState::Settled : LevelState::Moving;
+  if (item.has_field() && item.field->is_preliminary() && uses_field(item, volume))
+    return settled ? LevelState::Settled : LevelState::Moving;
   if (!settled && item.steps_at_level < static_cast<int>(simulation.steps_per_level + 0.5f)) return LevelState::Moving;
   if (!is_finest(item, simulation, voxel_mm(volume), mean_edge_mm)) return LevelState::RefinementDue;
   return settled ? LevelState::Settled : LevelState::Moving;

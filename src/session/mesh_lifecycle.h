@@ -35,8 +35,8 @@ ForceParameters active_parameters(const MeshItem& item, const Volume& volume);
 /// Progress of a mesh at its level.
 enum class LevelState {
   Moving,         ///< not settled and not due for refinement
-  Settled,        ///< settled on the finest level, or locked, or settled while it waits for its field, or without a
-                  ///< field because its solution failed or was cancelled
+  Settled,        ///< settled on the finest level, or locked, asleep, or settled while it waits for its field or with a
+                  ///< preliminary one, or without a field because its solution failed or was cancelled
   RefinementDue,  ///< settled on a coarser level, or the steps of that level are used up
 };
 /// State of a mesh after a step. `mean_move_mm`: mean motion in the last step; `mean_edge_mm`: mean edge length after

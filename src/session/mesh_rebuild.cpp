@@ -126,7 +126,7 @@ bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, 
   item.profiles.clear();
   item.steps_at_level = 0;
   item.rebuilt = true;
-  item.solver = {};
+  item.solver = {}, item.sleep = {};
   return true;
 }
 

@@ -48,6 +48,13 @@ struct FieldFit {
   bool settled = false;                    ///< whether no further comparison is due: the mesh has settled or is stuck
 };
 
+/// Sleep of a mesh (session/mesh_sleep.h).
+struct SleepState {
+  bool asleep = false;
+  int settled_steps = 0;     ///< number of steps since something acted on it or a check found it moving
+  std::uint64_t inputs = 0;  ///< input_digest() at the last command or when it fell asleep; 0: not computed
+};
+
 /// Mesh of a scene with the state of its simulation.
 struct MeshItem {
   ItemId id = 0;
@@ -77,6 +84,7 @@ struct MeshItem {
   int final_vertices = 0;  ///< final number of vertices; 0: SimulationParameters::final_vertices
   bool rebuilt = false;    ///< whether it was rebuilt from its field or made from `start`: on its finest level
   FieldFit fit;
+  SleepState sleep;
 
   bool has_field() const { return field && !field->values.empty(); }
 };

@@ -69,7 +69,7 @@ SceneChange SceneEditor::execute(const EditMesh& command) {
   if (command.locked.value_or(item.locked) == item.locked) return {EngineUpdate::Nothing};
   item.locked = *command.locked;
   item.previous = item.mesh.positions;  // zero velocity
-  item.solver = {};
+  item.solver = {}, item.sleep = {};
   return {EngineUpdate::Meshes};
 }
 

@@ -10,6 +10,7 @@
 #include "core/number_text.h"
 #include "session/engine_scene.h"
 #include "session/mesh_lifecycle.h"
+#include "session/mesh_sleep.h"
 #include "session/scene_checks.h"
 #include "session/scene_editor.h"
 #include "session/step_messages.h"
@@ -76,7 +77,7 @@ void Session::open(Scene scene, Volume volume, UndoHistory history) {
   const std::size_t needed = make_plan(scene, volume).bytes_allocated(), available = engine_->bytes_available();
   if (needed > available) engine_.fail_over(not_enough_memory(needed, available));
   std::swap(scene_, scene), std::swap(volume_, volume);
-  const bool stale = std::exchange(poses_stale_, false);
+  const std::vector<char> stale = std::exchange(stale_poses_, {});
   try {
     try {
       engine_->set_volume(volume_);
@@ -86,7 +87,7 @@ void Session::open(Scene scene, Volume volume, UndoHistory history) {
     }
   } catch (...) {
     std::swap(scene_, scene), std::swap(volume_, volume);
-    poses_stale_ = stale;
+    stale_poses_ = stale;
     engine_->set_volume(volume_);
     throw;
   }
@@ -112,7 +113,7 @@ void Session::set_engine(std::unique_ptr<Engine> engine) {
 
 void Session::fail_over(const DeviceError& failure) {
   engine_.fail_over(failure);
-  if (poses_stale_ && steps_since_read_ > 0)
+  if (has_stale_poses() && steps_since_read_ > 0)
     engine_.append_to_notice("; the surfaces are those of " + counted(steps_since_read_, "step") + " ago");
   load_new_engine();
 }
@@ -123,7 +124,7 @@ void Session::fail_over_if_failed() {
 
 /// Loads a new engine with the poses that were read last.
 void Session::load_new_engine() {
-  poses_stale_ = false, steps_since_read_ = 0;
+  stale_poses_.clear(), steps_since_read_ = 0;
   seconds_per_step_ = 0;
   engine_->set_volume(volume_);
   load_engine();
@@ -131,19 +132,15 @@ void Session::load_new_engine() {
 
 void Session::load_engine() {
   read_poses();
+  wake_changed_meshes(scene_, volume_);
   const EngineScene loaded = engine_scene(scene_, volume_);
   engine_->load(loaded.meshes, scene_.simulation, loaded.points);
   finest_.clear();
   for (const EngineMesh& m : loaded.meshes) finest_.push_back(m.finest);
+  asleep_ = sleeping_meshes(scene_), may_sleep_.clear();
+  stale_poses_.assign(loaded.meshes.size(), 0);
   ++topology_revision_;
-  last_ = {};
-  const std::size_t meshes = loaded.meshes.size();
-  last_.mean_edge_mm.assign(meshes, 0.0f);
-  last_.mean_move_mm.assign(meshes, 0.0f);
-  last_.residual_mm.assign(meshes, 0.0f);
-  last_.folded_vertices.assign(meshes, 0);
-  last_.inverted.assign(meshes, 0);
-  at_rest_ = false;
+  last_ = engine_->step(0);
   ++revision_;
 }
 
@@ -156,12 +153,10 @@ void Session::set_engine_parameters() {
   }
   engine_->set_parameters(all, scene_.simulation, finest);
   finest_ = std::move(finest);
-  at_rest_ = false;
 }
 
 void Session::set_engine_points() {
   engine_->set_points(engine_points(scene_));
-  at_rest_ = false;
   ++revision_;
 }
 
@@ -170,9 +165,11 @@ void Session::update_engine(EngineUpdate update) {
     case EngineUpdate::Nothing:
       return;
     case EngineUpdate::Points:
-      return set_engine_points();
+      set_engine_points();
+      return wake_meshes();
     case EngineUpdate::Parameters:
-      return set_engine_parameters();
+      set_engine_parameters();
+      return wake_meshes();
     case EngineUpdate::Meshes:
       return load_engine();
   }
@@ -187,21 +184,46 @@ void Session::update_engine_or_fail_over(EngineUpdate update) {
   }
 }
 
-void Session::read_poses() const {
-  if (!poses_stale_ || engine_.failure()) return;
-  SIMPLEXSEG_EXPECT(last_.solver.size() == scene_.meshes.size());
+/// Wakes the meshes on which a command acts.
+void Session::wake_meshes() {
+  wake_changed_meshes(scene_, volume_);
+  set_engine_asleep();
+}
+
+void Session::set_engine_asleep() {
+  std::vector<char> asleep = sleeping_meshes(scene_);
+  if (asleep == asleep_) return;
+  engine_->set_asleep(asleep);
+  asleep_ = std::move(asleep);
+}
+
+bool Session::all_asleep() const {
+  return std::all_of(asleep_.begin(), asleep_.end(), [](char asleep) { return asleep != 0; });
+}
+
+bool Session::has_stale_poses() const {
+  return std::any_of(stale_poses_.begin(), stale_poses_.end(), [](char stale) { return stale != 0; });
+}
+
+void Session::read_pose(std::size_t mesh) const {
+  if (mesh >= stale_poses_.size() || stale_poses_[mesh] == 0 || engine_.failure()) return;
+  SIMPLEXSEG_EXPECT(stale_poses_.size() == scene_.meshes.size() && last_.solver.size() == stale_poses_.size());
+  MeshItem& item = scene_.meshes[mesh];
   try {
-    for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
-      MeshItem& item = scene_.meshes[k];
-      engine_->read(static_cast<int>(k), item.mesh.positions, item.previous);
-      item.solver = last_.solver[k];
-    }
+    engine_->read(static_cast<int>(mesh), item.mesh.positions, item.previous);
   } catch (const DeviceError& failure) {
-    // The poses that were read last remain valid; the next command or step fails over.
+    // The pose that was read last remains valid; the next command or step fails over.
     engine_.record_failure(failure);
     return;
   }
-  poses_stale_ = false, steps_since_read_ = 0;
+  item.solver = last_.solver[mesh];
+  stale_poses_[mesh] = 0;
+}
+
+void Session::read_poses() const {
+  if (engine_.failure()) return;
+  for (std::size_t k = 0; k < stale_poses_.size(); ++k) read_pose(k);
+  if (!engine_.failure()) steps_since_read_ = 0;
 }
 
 /// Reads the current poses for a command or a snapshot, and replaces an engine that has failed.
@@ -306,24 +328,35 @@ Advance Session::run_steps(int steps, bool stop_at_rest) {
 
 void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
   const double start = now();
-  while (result.steps < steps && !result.failure && !(stop_at_rest && at_rest_)) {
-    const int until_check = kCheckInterval - static_cast<int>(total_steps_ % kCheckInterval);
+  while (result.steps < steps && !result.failure && !(stop_at_rest && all_asleep())) {
+    const bool ends_with_sleep = !may_sleep_.empty();
+    const int until_check = ends_with_sleep ? 1 : kCheckInterval - static_cast<int>(total_steps_ % kCheckInterval);
     last_ = engine_->step(std::min(steps - result.steps, until_check));
-    poses_stale_ = true;
+    for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
+      MeshItem& item = scene_.meshes[k];
+      if (item.sleep.asleep || last_.steps == 0) continue;
+      stale_poses_[k] = 1;
+      item.steps_at_level += last_.steps;
+      item.sleep.settled_steps += last_.steps;
+    }
     steps_since_read_ += last_.steps;
     result.steps += last_.steps;
     steps_since_command_ += last_.steps;
     total_steps_ += last_.steps;
     ++revision_;
-    for (MeshItem& item : scene_.meshes) item.steps_at_level += last_.steps;
     for (const TimestepCut& cut : last_.cuts) result.cuts.push_back(text_of(cut, scene_));
     if (last_.failure) {
       result.failure = text_of(*last_.failure, scene_) + ", and no smaller timestep helps; lower its weight";
-    } else if (total_steps_ % kCheckInterval == 0) {
-      result.refined = rebuild_stuck_meshes() || refine_due_meshes() || result.refined;
+    } else if (ends_with_sleep) {
+      put_settled_meshes_to_sleep();
+    }
+    if (!last_.failure && total_steps_ % kCheckInterval == 0) {
+      const bool replaced = rebuild_stuck_meshes() || refine_due_meshes();
+      refresh_if_settled();
+      result.refined = replaced || result.refined;
     }
   }
-  result.at_rest = at_rest_;
+  result.at_rest = all_asleep();
   result.seconds = now() - start;
   if (result.steps > 0) seconds_per_step_ = result.seconds / result.steps;
 }

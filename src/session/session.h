@@ -118,6 +118,7 @@ class Session {
   ItemId execute(const Redo& command);
   ItemId execute(const StartFieldUpdate& command);
   ItemId execute(const CommitFieldUpdate& command);
+  ItemId execute(const CommitPreliminaryField& command);
   ItemId execute(const CancelFieldUpdate& command);
   ItemId execute(const RequestFieldUpdate& command);
   template <class Edit>
@@ -131,6 +132,11 @@ class Session {
   void load_new_engine();
   void set_engine_parameters();
   void set_engine_points();
+  void wake_meshes();
+  void set_engine_asleep();
+  bool all_asleep() const;
+  bool has_stale_poses() const;
+  void read_pose(std::size_t mesh) const;
   void read_poses() const;
   void read_poses_or_fail_over();
   void fail_over_if_failed();
@@ -140,6 +146,7 @@ class Session {
   void finish_field_update();
   void update_all_fields();
   void update_fields_in_background();
+  void attach_field(MeshItem& item, std::shared_ptr<const MeshField> field);
   void set_engine_field(std::size_t mesh);
   Advance run_steps(int steps, bool stop_at_rest);
   using NewMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< new meshes with their indices in the scene
@@ -147,10 +154,13 @@ class Session {
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
   bool refine_due_meshes();
   bool rebuild_stuck_meshes();
+  void refresh_if_settled();
+  void put_settled_meshes_to_sleep();
 
   mutable FailoverEngine engine_;
   mutable Scene scene_;
-  mutable bool poses_stale_ = false;  ///< whether the engine has run steps since the poses of scene_ were read
+  /// For each loaded mesh, whether the engine has moved it since its pose in scene_ was read.
+  mutable std::vector<char> stale_poses_;
   mutable int steps_since_read_ = 0;
   Volume volume_;
   FieldUpdater field_updater_;
@@ -162,8 +172,9 @@ class Session {
   std::int64_t total_steps_ = 0;
   std::uint64_t revision_ = 0, topology_revision_ = 0;
   StepOutcome last_;
-  std::vector<char> finest_;  ///< whether each mesh is on its finest level, as set in the engine
-  bool at_rest_ = false;
+  std::vector<char> finest_;     ///< whether each mesh is on its finest level, as set in the engine
+  std::vector<char> asleep_;     ///< whether each mesh sleeps, as set in the engine
+  std::vector<char> may_sleep_;  ///< whether each mesh falls asleep unless the next step moves it; empty: none does
   double seconds_per_step_ = 0;
 };
 

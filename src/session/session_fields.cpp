@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "session/engine_scene.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
 #include "session/session.h"
@@ -23,6 +24,25 @@ ItemId Session::execute(const StartFieldUpdate& command) {
   return 0;
 }
 
+/// Replaces the field of a mesh in scene and engine, and wakes the mesh. If the engine throws, the mesh keeps its
+/// field.
+void Session::attach_field(MeshItem& item, std::shared_ptr<const MeshField> field) {
+  const bool waited_for_field = waits_for_field(item, volume_);
+  std::shared_ptr<const MeshField> before = std::exchange(item.field, std::move(field));
+  try {
+    set_engine_field(&item - scene_.meshes.data());
+    if (waited_for_field) set_engine_parameters();
+    if (before && before->is_preliminary()) item.steps_at_level = 0;
+    item.sleep = {};
+    set_engine_asleep();
+  } catch (const DeviceError& failure) {
+    fail_over(failure);  // loads the whole scene
+  } catch (...) {
+    item.field = std::move(before);
+    throw;
+  }
+}
+
 ItemId Session::execute(const CommitFieldUpdate&) {
   if (field_updater_.solving_mesh() == 0)
     throw Error("the field update", "no field is being solved", "start one first");
@@ -30,25 +50,22 @@ ItemId Session::execute(const CommitFieldUpdate&) {
   const std::shared_ptr<const MeshField> field = field_updater_.finish();
   field_updater_.discard_deleted(scene_);
   if (!item || !field) return 0;
-  const bool waited_for_field = waits_for_field(*item, volume_);
-  const std::shared_ptr<const MeshField> before = std::exchange(item->field, field);
   const std::string name = "Segmentation '" + item->name + "'";
   if (!field->problem.empty()) field_warnings_.push_back(name + " could not be computed: " + field->problem);
   if (field->leaks)
     field_warnings_.push_back(name + " spreads without finding a border. Mark what is outside (O).");
-  else if (field->probably_wrong() && !(before && before->probably_wrong()))
+  else if (field->probably_wrong() && !(item->field && item->field->probably_wrong()))
     field_warnings_.push_back(name + " is probably wrong. Mark what belongs to it (I) and what does not (O).");
-  const std::size_t k = item - scene_.meshes.data();
-  try {
-    set_engine_field(k);
-    if (waited_for_field) set_engine_parameters();
-  } catch (const DeviceError& failure) {
-    fail_over(failure);  // loads the whole scene
-  } catch (...) {
-    item->field = before;
-    throw;
-  }
-  at_rest_ = false;
+  attach_field(*item, field);
+  return 0;
+}
+
+ItemId Session::execute(const CommitPreliminaryField&) {
+  if (field_updater_.solving_mesh() == 0)
+    throw Error("the field update", "no field is being solved", "start one first");
+  MeshItem* const item = scene_.find_mesh(field_updater_.solving_mesh());
+  const std::shared_ptr<const MeshField> field = field_updater_.next_preliminary();
+  if (item && field) attach_field(*item, field);
   return 0;
 }
 
@@ -75,7 +92,6 @@ ItemId Session::execute(const RequestFieldUpdate& command) {
     throw Error("segmentation " + std::to_string(command.mesh), "the scene has none with that id",
                 "choose one of the scene");
   item->cancelled = nullptr;
-  at_rest_ = false;
   return 0;
 }
 
@@ -113,14 +129,14 @@ void Session::update_all_fields() {
 
 void Session::update_fields_in_background() {
   if (field_updater_.ready()) finish_field_update();
+  while (field_updater_.has_preliminary()) apply(CommitPreliminaryField{});
   if (field_updater_.solving_mesh() != 0) return;
   if (const ItemId mesh = mesh_with_due_update()) apply(StartFieldUpdate{mesh});
 }
 
 void Session::set_engine_field(std::size_t mesh) {
   const MeshItem& item = scene_.meshes[mesh];
-  if (item.has_field())
-    engine_->set_field(static_cast<int>(mesh), {item.field->cell, item.field->box, item.field->values});
+  if (item.has_field()) engine_->set_field(static_cast<int>(mesh), engine_field(item));
 }
 
 }  // namespace simplexseg

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Automatic refinement of meshes, and rebuilding of meshes that deformation does not bring to their field.
+#include <algorithm>
 #include <limits>
 #include <utility>
 
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_rebuild.h"
+#include "session/mesh_sleep.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -14,6 +16,8 @@ namespace {
 constexpr int kFitInterval = 50;
 /// Share of the previous disagreement; a mesh is stuck if more than this share remains after an interval.
 constexpr double kStuckShare = 0.8;
+/// Number of steps after which a settled mesh may fall asleep. A mesh that was woken starts with velocity 0.
+constexpr int kMinSettledSteps = 10;
 
 }  // namespace
 
@@ -39,7 +43,7 @@ bool Session::rebuild_stuck_meshes() {
   NewMeshes replaced;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    if (item.locked || !uses_field(item, volume_) || !item.has_field() ||
+    if (item.locked || !uses_field(item, volume_) || !item.has_field() || item.field->is_preliminary() ||
         (item.fit.field == item.field && item.fit.settled))
       continue;
     const LevelState state =
@@ -47,7 +51,7 @@ bool Session::rebuild_stuck_meshes() {
     const bool settled = state == LevelState::Settled;  // also with edges shrunk below a voxel on a coarser level
     if (state == LevelState::RefinementDue || (finest_[k] == 0 && !settled)) continue;
     if (total_steps_ % kFitInterval != 0 && !settled) continue;
-    read_poses();
+    read_pose(k);
     if (engine_.failure()) return false;
     const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
     const FieldMismatch mismatch = compare_with_field(item, volume_);
@@ -69,20 +73,47 @@ bool Session::rebuild_stuck_meshes() {
 
 bool Session::refine_due_meshes() {
   NewMeshes replaced;
-  bool settled = true;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     const MeshItem& item = scene_.meshes[k];
     const LevelState state =
         level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    if (state != LevelState::Settled) settled = false;
     if (state != LevelState::RefinementDue) continue;
-    read_poses();
+    read_pose(k);
     if (engine_.failure()) return false;
     replaced.emplace_back(k, item);
     refine_item(replaced.back().second);
   }
-  at_rest_ = settled;
   return load_new_meshes(std::move(replaced));
+}
+
+/// Marks the meshes that have settled, and makes the next step find new targets for them.
+void Session::refresh_if_settled() {
+  std::vector<char> may_sleep(scene_.meshes.size(), 0);
+  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
+    SleepState& sleep = scene_.meshes[k].sleep;
+    if (sleep.asleep) continue;
+    if (level_state(scene_.meshes[k], scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) !=
+        LevelState::Settled)
+      sleep.settled_steps = 0;
+    may_sleep[k] = sleep.settled_steps >= kMinSettledSteps;
+  }
+  if (std::find(may_sleep.begin(), may_sleep.end(), 1) == may_sleep.end()) return;
+  engine_->refresh();
+  may_sleep_ = std::move(may_sleep);
+}
+
+/// Lets those of the marked meshes fall asleep that have not moved towards the new targets, and on which no command has
+/// acted since.
+void Session::put_settled_meshes_to_sleep() {
+  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
+    MeshItem& item = scene_.meshes[k];
+    if (may_sleep_[k] == 0 || item.sleep.settled_steps < kMinSettledSteps) continue;
+    if (level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]) ==
+        LevelState::Settled)
+      item.sleep = {true, 0, input_digest(item, scene_, volume_)};
+  }
+  may_sleep_.clear();
+  set_engine_asleep();
 }
 
 }  // namespace simplexseg

@@ -21,11 +21,14 @@ class Volume;
 struct CellList;
 struct RegionModel;
 
-/// Foreground probability field of one mesh on a box of cells of the volume. load() and set_field() copy the values.
+/// Foreground probability field of one mesh on a box of cells of the volume.
 struct EngineField {
   CellSize cell = kVoxelCells;
   VoxelBox box{};                         ///< box of cells
   std::span<const std::uint16_t> values;  ///< encoded as in FieldBox (src/forces/step_view.h); empty: no field
+  /// Owner of `values`, which the engine then shares; fields with the same owner are uploaded once. Null: the engine
+  /// copies the values.
+  std::shared_ptr<const void> owner = nullptr;
 };
 
 /// Initial state of one mesh in an engine. load() copies the data that the spans and the pointer refer to.
@@ -37,9 +40,10 @@ struct EngineMesh {
   std::span<const float> profiles;                 ///< reference intensity profiles, vertex-major; may be empty
   const RegionModel* region = nullptr;             ///< intensity model of the evidence force; may be null
   ForceParameters parameters;
-  SolverState solver;  ///< solver estimates from an earlier run
-  float edge_mm = 0;   ///< mean edge length, mm: the unit "edges" of parameters; 0: computed from `positions`
-  bool finest = true;  ///< false while the mesh will be refined further
+  SolverState solver;   ///< solver estimates from an earlier run
+  float edge_mm = 0;    ///< mean edge length, mm: the unit "edges" of parameters; 0: computed from `positions`
+  bool finest = true;   ///< false while the mesh will be refined further
+  bool asleep = false;  ///< as in Engine::set_asleep()
   EngineField field;
 };
 
@@ -101,6 +105,9 @@ class Engine {
   virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
                               std::span<const char> finest = {}) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
+  /// Sets which meshes sleep: one value per mesh, not 0 for a sleeping mesh. A sleeping mesh keeps its pose, with
+  /// velocity 0, and costs no time; its measurements in StepOutcome remain those of its last step.
+  virtual void set_asleep(std::span<const char> meshes) = 0;
   /// Sets the field of one mesh until the next load; a field without values removes it. Throws Error if the box exceeds
   /// the volume or its number of voxels differs from the number of values.
   virtual void set_field(int mesh, const EngineField& field) = 0;
@@ -112,6 +119,7 @@ class Engine {
   virtual void read_targets(int mesh, ForceId force, std::span<Vec4> targets) = 0;
   /// Makes the next step update all image targets and attraction bindings, regardless of the refresh interval.
   virtual void refresh() = 0;
+  /// Runs `count` steps. The measurements are 0 before the first step; with count 0 they remain those of the last step.
   virtual StepOutcome step(int count) = 0;
   /// Reads the current positions of one mesh and those one step earlier, mm.
   virtual void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) = 0;

@@ -182,7 +182,7 @@ std::vector<FieldCase> field_solver_cases() {
   EvidenceSettings exact, one_iteration, no_prior, few_cells;
   exact.tolerance = 0;
   one_iteration.most_iterations = 1;
-  no_prior.prior_pull = 0;
+  no_prior.prior_weight = 0;
   few_cells.max_cells = 1000;
   cases.push_back(with_settings("tolerance_0", "tolerance 0", FieldOutcome::Found,
                                 "Dice at least .95: the solver ends after 60 cycles a solution", exact));

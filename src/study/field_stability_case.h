@@ -18,7 +18,7 @@ struct FieldBackend {
   std::string description;
   MakeFieldSolver solver;
   SolveWalkerSystem walker;
-  RunJobs run = run_in_turn();
+  RunJobs run = run_serially();
   int threads = 1;  ///< threads of `run`
 };
 

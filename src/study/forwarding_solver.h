@@ -13,31 +13,31 @@ class ForwardingSolver : public FieldSolver {
  public:
   explicit ForwardingSolver(std::unique_ptr<FieldSolver> inner) : inner_(std::move(inner)) {}
 
-  void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
-    inner_->set_box(cell, box, reach_mm);
+  void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) override {
+    inner_->set_box(cell, box, scale_mm);
     cell_ = cell, box_ = box;
   }
-  void keep_before() override { inner_->keep_before(); }
-  void forget_before() override { inner_->forget_before(); }
-  bool has_before() const override { return inner_->has_before(); }
-  std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
-    return inner_->was_object(places_mm);
+  void store_previous() override { inner_->store_previous(); }
+  void discard_previous() override { inner_->discard_previous(); }
+  bool has_previous() const override { return inner_->has_previous(); }
+  std::vector<std::uint8_t> previous_object(std::span<const Eigen::Vector3d> places_mm) const override {
+    return inner_->previous_object(places_mm);
   }
-  std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
-    return inner_->before(places_mm);
+  std::vector<PreviousSide> previous_sides(std::span<const Eigen::Vector3d> places_mm) const override {
+    return inner_->previous_sides(places_mm);
   }
   void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
     inner_->set_constraints(marks, others);
   }
-  double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
-               double radius_mm) override {
-    return inner_->learn(marks, fresh, reach_mm, radius_mm);
+  double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
+                       double radius_mm) override {
+    return inner_->compute_prior(marks, new_balls, scale_mm, radius_mm);
   }
-  Solved solve(double tolerance, bool further) override { return inner_->solve(tolerance, further); }
+  Solved solve(double tolerance, bool resume) override { return inner_->solve(tolerance, resume); }
   RefinedSurface refine_surface(const BandTerms& terms) override { return inner_->refine_surface(terms); }
   std::span<const float> probability() const override { return inner_->probability(); }
   const FieldObject& object() const override { return inner_->object(); }
-  std::span<const Constraint> known() const override { return inner_->known(); }
+  std::span<const Constraint> constraints() const override { return inner_->constraints(); }
   std::vector<std::uint16_t> values(const FieldValue& value) const override { return inner_->values(value); }
   void record_features(bool record) override { inner_->record_features(record); }
   const PriorFeatures& features() const override { return inner_->features(); }

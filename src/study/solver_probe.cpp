@@ -15,18 +15,18 @@ class SolverProbe final : public ForwardingSolver {
   SolverProbe(std::unique_ptr<FieldSolver> inner, SolverRecord& record)
       : ForwardingSolver(std::move(inner)), record_(record) {}
 
-  void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
-    ForwardingSolver::set_box(cell, box, reach_mm);
+  void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) override {
+    ForwardingSolver::set_box(cell, box, scale_mm);
     record_bytes();
   }
-  double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
-               double radius_mm) override {
-    const double beta = inner().learn(marks, fresh, reach_mm, radius_mm);
+  double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
+                       double radius_mm) override {
+    const double beta = inner().compute_prior(marks, new_balls, scale_mm, radius_mm);
     record_bytes();
     return beta;
   }
-  Solved solve(double tolerance, bool further) override {
-    if (!further) {
+  Solved solve(double tolerance, bool resume) override {
+    if (!resume) {
       ++record_.solves;
       // Any first correction is within an infinite tolerance; continuing gives the bits of one call.
       first_error_ = inner().solve(std::numeric_limits<double>::infinity(), false).error;

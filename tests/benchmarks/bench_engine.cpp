@@ -65,7 +65,7 @@ struct Item {
   std::vector<Vec4> shape;
   std::vector<float> profiles;
   RegionModel region;
-  bool idle = false;  ///< all weights are 0; the vertices are not counted
+  bool asleep = false;  ///< the vertices are not counted
 };
 Item make_item(SimplexMesh mesh, Load load) {
   Item item;
@@ -109,10 +109,9 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
     m.neighbours = item.mesh.neighbours, m.shape = item.shape, m.profiles = item.profiles,
     m.parameters = forces_for(load);
     if (load == Load::Region) m.region = &item.region;
-    if (item.idle)
-      for (auto& force : m.parameters.values) force[0] = 0;
+    m.asleep = item.asleep;
     meshes.push_back(m);
-    if (!item.idle) vertices += item.mesh.positions.size();
+    if (!item.asleep) vertices += item.mesh.positions.size();
   }
   SimulationParameters simulation = default_simulation_parameters();
   simulation.solver_choice = static_cast<float>(Solver::Verlet);  // plain steps: no measurements for a solver, no cycle
@@ -167,14 +166,14 @@ void step(benchmark::State& state, Load load, int refresh_interval) {
   measure(state, items, load, refresh_interval, threads, {});
 }
 
-/// Arguments: vertices, vertices of an additional idle mesh. `threads`: 0 on a device.
-void beside_idle(benchmark::State& state, Load load, int refresh_interval, int threads) {
+/// Arguments: vertices, vertices of an additional sleeping mesh. `threads`: 0 on a device.
+void beside_sleeping(benchmark::State& state, Load load, int refresh_interval, int threads) {
   if (skipped(state, threads)) return;
   std::vector<Item> items;
   items.push_back(make_item(make_sphere(centre(), 35, sphere_level_for(static_cast<int>(state.range(0)))), load));
   if (state.range(1) > 0) {
     items.push_back(make_item(make_sphere(centre(), 30, sphere_level_for(static_cast<int>(state.range(1)))), load));
-    items.back().idle = true;
+    items.back().asleep = true;
   }
   measure(state, items, load, refresh_interval, threads, {});
 }
@@ -217,9 +216,9 @@ void sizes(benchmark::internal::Benchmark* b) {
     for (int vertices : {20, 320, 1280, 20480, 81920, 327680, 1310720}) b->Args({vertices, threads});
 }
 void with_and_without(benchmark::internal::Benchmark* b) {
-  b->ArgNames({"vertices", "idle"})->UseRealTime()->Unit(benchmark::kMillisecond);
+  b->ArgNames({"vertices", "sleeping"})->UseRealTime()->Unit(benchmark::kMillisecond);
   for (int vertices : {320, 20480})
-    for (int idle : {0, 81920}) b->Args({vertices, idle});
+    for (int sleeping : {0, 81920}) b->Args({vertices, sleeping});
 }
 void device_sizes(benchmark::internal::Benchmark* b) {
   b->ArgNames({"vertices"})->UseRealTime()->Unit(benchmark::kMillisecond);
@@ -232,10 +231,11 @@ BENCHMARK_CAPTURE(step, gradient_13_samples_every_step, Load::Gradient, 1)->Appl
 BENCHMARK_CAPTURE(step, any_gradient_13_samples_every_step, Load::AnyGradient, 1)->Apply(sizes);
 BENCHMARK_CAPTURE(step, region_every_third_step, Load::Region, 3)->Apply(sizes);
 BENCHMARK_CAPTURE(step, field_every_third_step, Load::Field, 3)->Apply(sizes);
-BENCHMARK_CAPTURE(beside_idle, internal, Load::Internal, 1, 1)->Apply(with_and_without);
-BENCHMARK_CAPTURE(beside_idle, gradient_13_samples_every_step, Load::Gradient, 1, 1)->Apply(with_and_without);
-BENCHMARK_CAPTURE(beside_idle, device_internal, Load::Internal, 1, 0)->Apply(with_and_without);
-BENCHMARK_CAPTURE(beside_idle, device_gradient_13_samples_every_step, Load::Gradient, 1, 0)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_sleeping, internal, Load::Internal, 1, 1)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_sleeping, gradient_13_samples_every_step, Load::Gradient, 1, 1)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_sleeping, device_internal, Load::Internal, 1, 0)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_sleeping, device_gradient_13_samples_every_step, Load::Gradient, 1, 0)
+    ->Apply(with_and_without);
 BENCHMARK_CAPTURE(device, internal, Load::Internal, 1, kFiltered)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_gradient, Load::FullGradient, 1, kFiltered)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_profile, Load::FullProfile, 1, kFiltered)->Apply(device_sizes);

@@ -30,8 +30,8 @@ Volume ramp(VoxelType type) {
 
 TEST(Cells, HaveTheMeanOfTheirVoxels) {
   const Volume volume = ramp(VoxelType::Int16);
-  const BoxImage voxels = cut_out(volume, kVoxelCells, {{0, 0, 0}, {12, 8, 6}}, run_in_turn());
-  const BoxImage cells = cut_out(volume, {2.5, 2, 3}, {{0, 0, 0}, {5, 4, 2}}, run_in_turn());
+  const BoxImage voxels = extract_box(volume, kVoxelCells, {{0, 0, 0}, {12, 8, 6}}, run_serially());
+  const BoxImage cells = extract_box(volume, {2.5, 2, 3}, {{0, 0, 0}, {5, 4, 2}}, run_serially());
   ASSERT_EQ(voxels.value[0], 0);
   ASSERT_EQ(voxels.value[11], 1);
   // Cell 0 holds voxels 0, 1 and half of 2; the last one holds voxels 10 and 11.
@@ -45,13 +45,13 @@ TEST(Cells, HaveTheMeanOfTheirVoxels) {
 TEST(Cells, IgnoreVoxelsThatAreNotFinite) {
   Volume volume = ramp(VoxelType::Float32);
   const auto voxels = volume.voxels<float>();
-  const BoxImage without = cut_out(volume, {2, 2, 2}, {{0, 0, 0}, {6, 4, 3}}, run_in_turn());
+  const BoxImage without = extract_box(volume, {2, 2, 2}, {{0, 0, 0}, {6, 4, 3}}, run_serially());
   voxels[0] = std::numeric_limits<float>::quiet_NaN();  // one of eight
   for (int i = 4; i < 6; ++i)                           // more than half of a cell
     for (int j = 0; j < 2; ++j)
       for (int k = 0; k < 2; ++k)
         if (i + j + k != 4) voxels[(k * 8 + j) * 12 + i] = std::numeric_limits<float>::infinity();
-  const BoxImage with = cut_out(volume, {2, 2, 2}, {{0, 0, 0}, {6, 4, 3}}, run_in_turn());
+  const BoxImage with = extract_box(volume, {2, 2, 2}, {{0, 0, 0}, {6, 4, 3}}, run_serially());
   EXPECT_EQ(with.finite[0], 1);
   EXPECT_GT(with.value[0], without.value[0]);  // voxels of 0 and 1, one of 0 is missing
   EXPECT_EQ(with.finite[2], 0);
@@ -93,7 +93,7 @@ TEST(Cells, DependOnTheScaleOfTheObjectAndNotOnTheSpacing) {
       EXPECT_LE(static_cast<double>(cells_around(box, cell, volume.size).voxel_count()), settings.max_cells);
       cells_mm.push_back(cell[0] * spacing);
       // A block of the prior has a whole number of cells and is as wide as the prior asks for.
-      const double parts = scale_mm / settings.least_reach / cells_mm.back();
+      const double parts = scale_mm / settings.blocks_per_scale / cells_mm.back();
       EXPECT_NEAR(parts, std::round(parts) / 0.93, 1e-9);
     }
     EXPECT_NEAR(cells_mm[0], cells_mm[2], 1e-9);
@@ -132,7 +132,7 @@ TEST(Cells, GiveTheSegmentationOfTheVoxels) {
   EvidenceField voxels(scene.image);
   EvidenceSettings settings;
   settings.max_cells = 6e4;
-  EvidenceField cells(scene.image, run_in_turn(), settings);
+  EvidenceField cells(scene.image, run_serially(), settings);
   for (std::size_t count = 1; count <= marks.size(); ++count) {
     voxels.update({marks.data(), count});
     cells.update({marks.data(), count});
@@ -147,7 +147,7 @@ TEST(Cells, GrowWithTheBoxAndKeepThePreviousField) {
   const Scene scene = ellipsoid(80, 1, {24, 20, 20}, 10);
   EvidenceSettings settings;
   settings.max_cells = 6e4;
-  EvidenceField field(scene.image, run_in_turn(), settings);
+  EvidenceField field(scene.image, run_serially(), settings);
   std::vector marks{inside({0, 0, 0}, 7)};
   field.update(marks);
   const double before = dice(scene.truth, field.object());
@@ -162,7 +162,7 @@ TEST(Cells, ALargeObjectAtManySidesStopsTheGrowthOfItsBox) {
   const Scene scene = ellipsoid(80, 1, {26, 24, 22}, 10);
   EvidenceSettings settings;
   settings.max_volume = 0.5;  // balls of the scale of this object: it is compact
-  EvidenceField limited(scene.image, run_in_turn(), settings), unlimited(scene.image);
+  EvidenceField limited(scene.image, run_serially(), settings), unlimited(scene.image);
   std::vector marks{inside({0, 0, 0}, 10)};
   limited.update(marks);
   unlimited.update(marks);

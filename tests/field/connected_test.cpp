@@ -13,7 +13,7 @@ namespace simplexseg {
 namespace {
 
 std::vector<std::uint8_t> kept(const std::vector<std::uint8_t>& set, const std::vector<std::uint8_t>& start,
-                               const BoxGrid& grid, const RunJobs& run = run_in_turn()) {
+                               const BoxGrid& grid, const RunJobs& run = run_serially()) {
   const CpuFieldExecutor executor(run);
   std::vector<int> parent(set.size(), 7);
   std::vector<std::uint8_t> keep(set.size(), 7), result(set.size());

@@ -34,7 +34,7 @@ std::vector<Mark> marks_in(const VolumeGeometry& geometry) {
 std::vector<Constraint> reference(const VolumeGeometry& geometry, const VoxelBox& box,
                                   const std::vector<std::uint8_t>& finite, std::span<const Mark> marks,
                                   std::span<const Mark> others) {
-  std::vector<Constraint> known(box.voxel_count(), Constraint::None);
+  std::vector<Constraint> constraints(box.voxel_count(), Constraint::None);
   each_index({box.size}, [&](int i, int j, int k, int v) {
     const int at[3]{i, j, k};
     for (int a = 0; a < 3; ++a) {
@@ -42,15 +42,15 @@ std::vector<Constraint> reference(const VolumeGeometry& geometry, const VoxelBox
       if (box.size[a] == 1 || !(low || high)) continue;
       const int index = box.first[a] + at[a];
       const bool edge = low ? index == 0 : index + 1 == geometry.size[a];
-      if (!edge) known[v] = Constraint::FarBorder;
-      if (edge && known[v] == Constraint::None) known[v] = Constraint::VolumeEdge;
+      if (!edge) constraints[v] = Constraint::FarBorder;
+      if (edge && constraints[v] == Constraint::None) constraints[v] = Constraint::VolumeEdge;
     }
-    if (!finite.empty() && !finite[v]) known[v] = Constraint::NotFinite;
+    if (!finite.empty() && !finite[v]) constraints[v] = Constraint::NotFinite;
   });
   for (const Mark& other : others)
-    paint_ball(known, geometry, box, other.position_mm, other.radius_mm, Constraint::OtherObject);
-  paint_marks(known, geometry, box, marks);
-  return known;
+    paint_ball(constraints, geometry, box, other.position_mm, other.radius_mm, Constraint::OtherObject);
+  paint_marks(constraints, geometry, box, marks);
+  return constraints;
 }
 
 TEST(Constraints, AreThoseOfTheLastBallOrOfTheSideOfTheBox) {
@@ -65,17 +65,17 @@ TEST(Constraints, AreThoseOfTheLastBallOrOfTheSideOfTheBox) {
       const Eigen::Affine3d mm = geometry.world_from_index();
       const std::vector<Mark> others{{MarkKind::Inside, mm * Eigen::Vector3d(18, 14, 10), 3.0519, {0, 0, 0}}};
       const CpuFieldExecutor executor;
-      ConstraintVoxels<CpuFieldExecutor> found(executor);
-      std::vector<Constraint> known(n);
-      found.find(geometry, box, finite.data(), marks, others, known.data());
-      EXPECT_EQ(known, reference(geometry, box, finite, marks, others));
-      EXPECT_EQ(constraint_mask(geometry, box, finite, marks, others), known);
+      ConstraintMask<CpuFieldExecutor> found(executor);
+      std::vector<Constraint> constraints(n);
+      found.find(geometry, box, finite.data(), marks, others, constraints.data());
+      EXPECT_EQ(constraints, reference(geometry, box, finite, marks, others));
+      EXPECT_EQ(constraint_mask(geometry, box, finite, marks, others), constraints);
       for (const Constraint kind :
            {Constraint::Inside, Constraint::Outside, Constraint::OtherObject, Constraint::NotFinite})
-        EXPECT_GT(std::count(known.begin(), known.end(), kind), 3);
-      found.find(geometry, box, nullptr, std::span(marks).first(1), {}, known.data());
-      EXPECT_EQ(known, reference(geometry, box, {}, std::span(marks).first(1), {}));
-      EXPECT_EQ(constraint_mask(geometry, box, {}, std::span(marks).first(1), {}), known);
+        EXPECT_GT(std::count(constraints.begin(), constraints.end(), kind), 3);
+      found.find(geometry, box, nullptr, std::span(marks).first(1), {}, constraints.data());
+      EXPECT_EQ(constraints, reference(geometry, box, {}, std::span(marks).first(1), {}));
+      EXPECT_EQ(constraint_mask(geometry, box, {}, std::span(marks).first(1), {}), constraints);
     }
   }
 }
@@ -83,10 +83,10 @@ TEST(Constraints, AreThoseOfTheLastBallOrOfTheSideOfTheBox) {
 TEST(Constraints, TheNearestVoxelOfASmallBallBelongsToIt) {
   const VolumeGeometry geometry = geometry_of(false);
   const std::vector<Mark> marks = marks_in(geometry);
-  const std::vector<Constraint> known =
+  const std::vector<Constraint> constraints =
       constraint_mask(geometry, {{0, 0, 0}, geometry.size}, {}, std::span(marks).subspan(3, 1), {});
-  EXPECT_EQ(std::count(known.begin(), known.end(), Constraint::Inside), 1);
-  EXPECT_EQ(known[(3 * 26 + 4) * 30 + 3], Constraint::Inside);
+  EXPECT_EQ(std::count(constraints.begin(), constraints.end(), Constraint::Inside), 1);
+  EXPECT_EQ(constraints[(3 * 26 + 4) * 30 + 3], Constraint::Inside);
 }
 
 }  // namespace

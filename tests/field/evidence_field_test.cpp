@@ -17,7 +17,7 @@ namespace simplexseg {
 namespace {
 
 double dice_of(const Scene& scene, std::span<const Mark> marks, const EvidenceSettings& settings = {}) {
-  EvidenceField field(scene.image, run_in_turn(), settings);
+  EvidenceField field(scene.image, run_serially(), settings);
   field.update(marks);
   return dice(scene.truth, field.object());
 }
@@ -150,17 +150,17 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   const Scene scene = ellipsoid(56, 1, {12, 8, 8}, 1.5);
   const std::vector marks{inside({-4, 0, 0}, 5), outside({16, 3, 0}, 2)};
   const auto field_with = [&](const EvidenceSettings& settings) {
-    EvidenceField field(scene.image, run_in_turn(), settings);
+    EvidenceField field(scene.image, run_serially(), settings);
     field.update(marks);
     return std::vector<float>(field.probability().begin(), field.probability().end());
   };
   const std::vector<float> plain = field_with({});
   const EvidenceSettings usual;
   double EvidenceSettings::*const all[]{&EvidenceSettings::image_smoothing,     &EvidenceSettings::sharpness,
-                                        &EvidenceSettings::prior_pull,          &EvidenceSettings::length_cost,
+                                        &EvidenceSettings::prior_weight,        &EvidenceSettings::length_cost,
                                         &EvidenceSettings::outside_marks_share, &EvidenceSettings::field_smoothing,
-                                        &EvidenceSettings::margin_share,        &EvidenceSettings::surface_layer,
-                                        &EvidenceSettings::surface_scale,       &EvidenceSettings::surface_evenness};
+                                        &EvidenceSettings::margin_share,        &EvidenceSettings::band_half_width,
+                                        &EvidenceSettings::band_window,         &EvidenceSettings::fairing_scale};
   for (double EvidenceSettings::*const setting : all) {
     EvidenceSettings settings;
     settings.*setting = usual.*setting * 0.6;
@@ -213,8 +213,8 @@ TEST(EvidenceField, ThePriorOfALargeObjectUsesBlocks) {
   const Scene scene = ellipsoid(64, 1, {20, 18, 18}, 40);
   const std::vector marks{inside({0, 0, 0}, 15)};
   EvidenceSettings fine;
-  fine.least_reach = 100;
-  EvidenceField blocks(scene.image), voxels(scene.image, run_in_turn(), fine);
+  fine.blocks_per_scale = 100;
+  EvidenceField blocks(scene.image), voxels(scene.image, run_serially(), fine);
   blocks.record_features(true);
   voxels.record_features(true);
   blocks.update(marks);
@@ -253,7 +253,7 @@ TEST(EvidenceField, ThePriorStopsALeakThroughANeck) {
   }
   const std::vector marks{inside({-14, 0, 0}, 6)};
   EvidenceSettings loose;
-  loose.prior_pull = 0;
+  loose.prior_weight = 0;
   EXPECT_GT(dice_of(scene, marks), 0.92);
   EXPECT_LT(dice_of(scene, marks, loose), dice_of(scene, marks) - 0.02);
 }
@@ -343,7 +343,7 @@ TEST(EvidenceField, AClickFarFromTheSurfaceGetsALargerMark) {
   const Scene scene = ellipsoid(80, 1, {20, 20, 20});
   EvidenceSettings settings;
   settings.margin_share = 1;
-  EvidenceField field(scene.image, run_in_turn(), settings);
+  EvidenceField field(scene.image, run_serially(), settings);
   field.update(std::vector{inside({0, 0, 0}, 14)});
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 22}), settings.least_brush, 1e-9);
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0.5, 0.5, 20.5}), settings.smallest_brush, 1e-9);

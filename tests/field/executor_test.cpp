@@ -17,7 +17,7 @@ namespace {
 
 std::vector<JobOrder> all_orders() {
   std::vector<JobOrder> orders = job_orders();
-  orders.push_back({"in turn", run_in_turn()});
+  orders.push_back({"in turn", run_serially()});
   return orders;
 }
 
@@ -60,19 +60,8 @@ struct VisitElement {
 
 /// Elements on both sides of the sizes of a vector and of a job.
 std::vector<int> element_counts() {
-  return {0,
-          1,
-          2,
-          15,
-          16,
-          17,
-          31,
-          32,
-          33,
-          indices_a_block - 1,
-          indices_a_block,
-          indices_a_block + 17,
-          3 * indices_a_block + 5};
+  return {
+      0, 1, 2, 15, 16, 17, 31, 32, 33, kIndicesPerJob - 1, kIndicesPerJob, kIndicesPerJob + 17, 3 * kIndicesPerJob + 5};
 }
 
 TEST(CpuFieldExecutor, EachCellIsVisitedOnce) {
@@ -103,7 +92,7 @@ TEST(CpuFieldExecutor, EachCellOfAColourIsVisitedOnce) {
         executor.all([&](const auto& all) { each_coloured(all, grid, colour, Visit{grid, by_all.data()}); });
         EXPECT_EQ(by_all, expected) << order.name << ' ' << grid.size[0] << " x " << grid.size[1] << ' ' << colour;
         executor.all([&](const auto& all) {
-          all.some([&](const auto& team) { each_coloured(team, grid, colour, Visit{grid, by_one.data()}); });
+          all.by_one_block([&](const auto& block) { each_coloured(block, grid, colour, Visit{grid, by_one.data()}); });
         });
         EXPECT_EQ(by_one, expected) << order.name << ' ' << grid.size[0] << " x " << grid.size[1] << ' ' << colour;
       }
@@ -141,11 +130,11 @@ TEST(CpuFieldExecutor, ARowIsVisitedInAscendingOrder) {
 struct CountTeam {
   static constexpr int kScratch = 100;
   int* count;
-  template <class Team>
-  void operator()(const Team& team, int t) const {
-    std::fill_n(team.scratch, kScratch, static_cast<float>(t));
-    team.sync();
-    if (team.any(true) && !team.any(false) && std::count(team.scratch, team.scratch + kScratch, t) == kScratch)
+  template <class Block>
+  void operator()(const Block& block, int t) const {
+    std::fill_n(block.scratch, kScratch, static_cast<float>(t));
+    block.sync();
+    if (block.any(true) && !block.any(false) && std::count(block.scratch, block.scratch + kScratch, t) == kScratch)
       ++count[t];
   }
 };
@@ -153,7 +142,7 @@ TEST(CpuFieldExecutor, EachTeamRunsOnceWithItsOwnMemory) {
   for (const JobOrder& order : all_orders())
     for (const int teams : {0, 1, 3, 4, 5, 1001}) {
       std::vector<int> count(teams);
-      CpuFieldExecutor(order.run).teams(teams, CountTeam{count.data()});
+      CpuFieldExecutor(order.run).blocks(teams, CountTeam{count.data()});
       EXPECT_EQ(count, std::vector<int>(teams, 1)) << order.name;
     }
 }
@@ -176,7 +165,7 @@ Sums sums_of(const std::vector<float>& values, const BoxGrid& grid, const RunJob
   Sums sums{{}, {}, {}, std::vector<int>(kBins, 3)};
   const float* const x = values.data();
   executor.all([&](const auto& all) {
-    sums.totals = all.totals(n, [x](int v) { return OfTotals{x[v], 1 - x[v]}; });
+    sums.totals = all.totals(n, [x](int v) { return Contribution{x[v], 1 - x[v]}; });
     sums.of_rows = all.totals_of_rows(grid, [x, &grid](int j, int k) {
       Totals row;
       for (int i = 0; i < grid.size[0]; ++i) {
@@ -212,7 +201,7 @@ TEST(CpuFieldExecutor, SumsDoNotDependOnTheOrderOfJobs) {
       const int bin = static_cast<int>(x * (kBins + 200)) - 100;
       if (bin >= 0 && bin < kBins) ++histogram[bin];
     }
-    const Sums in_turn = sums_of(values, grid, run_in_turn());
+    const Sums in_turn = sums_of(values, grid, run_serially());
     EXPECT_NEAR(in_turn.totals.sum, sum, 1e-6 * sum);
     EXPECT_EQ(in_turn.totals.largest, largest_rest);
     EXPECT_NEAR(in_turn.of_rows.sum, sum, 1e-12 * sum);
@@ -233,7 +222,7 @@ TEST(CpuFieldExecutor, SumsDoNotDependOnTheOrderOfJobs) {
 }
 
 TEST(CpuFieldExecutor, SumsOfNothingAreZero) {
-  const Sums sums = sums_of({}, {{0, 0, 0}}, run_in_turn());
+  const Sums sums = sums_of({}, {{0, 0, 0}}, run_serially());
   EXPECT_EQ(sums.totals.sum, 0);
   EXPECT_EQ(sums.of_rows.sum, 0);
   EXPECT_EQ(sums.sums, (std::array{0.0, 0.0}));

@@ -18,7 +18,7 @@ TEST(EvidenceField, FreshMarksChangeNearVoxelsMoreThanFarOnes) {
   std::vector<Mark> second = first;
   second.push_back(outside({-20, 3, 0}, 2));
   const auto change = [&](const EvidenceSettings& settings, double x) {
-    EvidenceField field(scene.image, run_in_turn(), settings);
+    EvidenceField field(scene.image, run_serially(), settings);
     field.update(first);
     const Mask before = field.object();
     field.update(second);
@@ -32,7 +32,7 @@ TEST(EvidenceField, FreshMarksChangeNearVoxelsMoreThanFarOnes) {
     return changed;
   };
   EvidenceSettings usual;
-  usual.surface_layer = 0;  // which each mark changes as a whole
+  usual.band_half_width = 0;  // which each mark changes as a whole
   EvidenceSettings forgets = usual, far_forgets = usual, far_holds = usual;
   forgets.memory = false;
   far_forgets.far_memory = 0;
@@ -49,11 +49,11 @@ TEST(EvidenceField, FreshMarksChangeNearVoxelsMoreThanFarOnes) {
 TEST(EvidenceField, ConsistentClicksMoveTheWholeSurface) {
   const Scene scene = ellipsoid(48, 1, {11, 11, 11}, 60);
   EvidenceSettings without_offset;
-  without_offset.surface_offset = 0;
+  without_offset.band_offset = 0;
   // Voxels gained by the offset, on the side of the ball without clicks.
   const auto gain = [&](const std::vector<Mark>& clicks) {
     long long gained = 0;
-    EvidenceField shifted(scene.image), fixed(scene.image, run_in_turn(), without_offset);
+    EvidenceField shifted(scene.image), fixed(scene.image, run_serially(), without_offset);
     std::vector<Mark> marks{inside({0, 0, 0}, 9)};
     shifted.update(marks);
     fixed.update(marks);
@@ -90,10 +90,10 @@ TEST(EvidenceField, ConsistentClicksMoveTheWholeSurface) {
 TEST(EvidenceField, OnlyBoundaryMarksMoveTheSurfaceBesideThem) {
   const Scene scene = ellipsoid(48, 1, {11, 11, 11}, 60);
   EvidenceSettings alone;
-  alone.surface_pull = 0;
+  alone.shift_weight = 0;
   // Voxels that the object gains by the pull of a boundary mark.
   const auto pulled = [&](const Mark& click) {
-    EvidenceField pulls(scene.image), stays(scene.image, run_in_turn(), alone);
+    EvidenceField pulls(scene.image), stays(scene.image, run_serially(), alone);
     std::vector<Mark> marks{inside({0, 0, 0}, 9)};
     pulls.update(marks);
     stays.update(marks);

@@ -27,7 +27,7 @@ class ParallelField : public ::testing::TestWithParam<std::string> {
       GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   }
   static EvidenceField field_of(const Scene& scene, const EvidenceSettings& settings = {}) {
-    return EvidenceField(scene.image, run_in_turn(), settings,
+    return EvidenceField(scene.image, run_serially(), settings,
                          GetParam() == "cuda" ? MakeFieldSolver(make_cuda_field_solver) : make_cpu_field_solver);
   }
 
@@ -49,21 +49,21 @@ class ParallelField : public ::testing::TestWithParam<std::string> {
   }
   static void expect_obeys(const EvidenceField& field, const Scene& scene, std::span<const Mark> marks,
                            std::span<const Mark> others) {
-    std::vector<Constraint> known(field.box().voxel_count(), Constraint::None);
+    std::vector<Constraint> constraints(field.box().voxel_count(), Constraint::None);
     each_index({field.box().size}, [&](int i, int j, int k, int v) {
       const std::array<int, 3>& first = field.box().first;
       const float value = scene.image.voxels<float>()[scene.image.offset(first[0] + i, first[1] + j, first[2] + k)];
-      if (!std::isfinite(value)) known[v] = Constraint::NotFinite;
+      if (!std::isfinite(value)) constraints[v] = Constraint::NotFinite;
     });
     for (const Mark& other : others)
-      paint_ball(known, scene.image.geometry(), field.box(), other.position_mm, other.radius_mm,
+      paint_ball(constraints, scene.image.geometry(), field.box(), other.position_mm, other.radius_mm,
                  Constraint::OtherObject);
-    paint_marks(known, scene.image.geometry(), field.box(), marks);
-    for (std::size_t v = 0; v < known.size(); ++v) {
+    paint_marks(constraints, scene.image.geometry(), field.box(), marks);
+    for (std::size_t v = 0; v < constraints.size(); ++v) {
       const float p = field.probability()[v];
       ASSERT_TRUE(p >= 0 && p <= 1) << v << ": " << p;
-      if (known[v] != Constraint::None && known[v] != Constraint::NotFinite) {
-        ASSERT_EQ(p, known[v] == Constraint::Inside ? 1 : 0) << v << " after " << marks.size() << " marks";
+      if (constraints[v] != Constraint::None && constraints[v] != Constraint::NotFinite) {
+        ASSERT_EQ(p, constraints[v] == Constraint::Inside ? 1 : 0) << v << " after " << marks.size() << " marks";
       }
     }
     const double expected_dice = field.report().expected_dice;
@@ -150,11 +150,11 @@ TEST_P(ParallelField, ARemovedMarkHasNoEffect) {
   const std::vector<Mark> seed{inside({0, 0, 0}, 4)}, more{seed[0], outside({7, 0, 0}, 2)};
   EvidenceField field = field_of(scene);
   field.update(seed);
-  const Mask before = field.object();
+  const Mask previous = field.object();
   field.update(more);
-  EXPECT_LT(dice(field.object(), before), 0.99);
+  EXPECT_LT(dice(field.object(), previous), 0.99);
   field.update(seed);
-  EXPECT_GT(dice(field.object(), before), 0.99);
+  EXPECT_GT(dice(field.object(), previous), 0.99);
 }
 
 TEST_P(ParallelField, ReportsAnIncreasingFraction) {
@@ -189,8 +189,9 @@ TEST_P(ParallelField, ValuesAreThoseOfTheObjectAndTheProbability) {
     field.update(std::vector{inside(scene.image.geometry().world_from_index() * Eigen::Vector3d(16, 16, 16), 5)});
     const FieldValue value{60000, 24000, 1500, 3000, 2};
     const std::vector<std::uint16_t> values = field.values(value),
-                                     expected = field_values(field.object_in_box().voxels, field.probability(),
-                                                             field.box(), scene.image.geometry(), value, run_in_turn());
+                                     expected =
+                                         field_values(field.object_in_box().voxels, field.probability(), field.box(),
+                                                      scene.image.geometry(), value, run_serially());
     ASSERT_EQ(values.size(), expected.size());
     for (std::size_t v = 0; v < values.size(); ++v) ASSERT_NEAR(values[v], expected[v], 1) << v;
     EXPECT_GT(std::ranges::count_if(values, [](std::uint16_t x) { return x > 30000; }), 1000);
@@ -222,14 +223,14 @@ TEST_P(ParallelField, EveryPartCanBeSwitchedOff) {
         LeftOut{"memory", [](EvidenceSettings& s) { s.memory = false; }},
         LeftOut{"far memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
         LeftOut{"expected-Dice threshold", [](EvidenceSettings& s) { s.expected_dice_threshold = false; }},
-        LeftOut{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
-        LeftOut{"surface offset", [](EvidenceSettings& s) { s.surface_offset = 0; }},
-        LeftOut{"surface memory", [](EvidenceSettings& s) { s.surface_memory = 0; }},
-        LeftOut{"surface pull", [](EvidenceSettings& s) { s.surface_pull = 0; }},
+        LeftOut{"surface", [](EvidenceSettings& s) { s.band_half_width = 0; }},
+        LeftOut{"surface offset", [](EvidenceSettings& s) { s.band_offset = 0; }},
+        LeftOut{"surface memory", [](EvidenceSettings& s) { s.temporal_weight = 0; }},
+        LeftOut{"surface pull", [](EvidenceSettings& s) { s.shift_weight = 0; }},
         LeftOut{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
-        LeftOut{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
+        LeftOut{"prior", [](EvidenceSettings& s) { s.prior_weight = 0; }},
         LeftOut{"smoothing", [](EvidenceSettings& s) { s.field_smoothing = 0; }},
-        LeftOut{"blocks", [](EvidenceSettings& s) { s.least_reach = 2; }},
+        LeftOut{"blocks", [](EvidenceSettings& s) { s.blocks_per_scale = 2; }},
         LeftOut{"smoother image", [](EvidenceSettings& s) { s.image_smoothing = 2; }}})
     EXPECT_TRUE(field_with(part.change) != whole) << part.name;
 }
@@ -260,7 +261,7 @@ TEST_P(FieldOnDevice, RecordsTheFeaturesOfTheCpu) {
   }
   const PriorFeatures &a = field.features(), &b = cpu.features();
   EXPECT_EQ(a.size, b.size);
-  EXPECT_EQ(a.known, b.known);
+  EXPECT_EQ(a.constraints, b.constraints);
   ASSERT_EQ(a.marks.size(), b.marks.size());
   ASSERT_EQ(a.update.size(), b.update.size());
   const auto far = [](const std::vector<float>& x, const std::vector<float>& y) {
@@ -269,9 +270,9 @@ TEST_P(FieldOnDevice, RecordsTheFeaturesOfTheCpu) {
     return count;
   };
   for (std::size_t f = 0; f < a.marks.size(); ++f)
-    EXPECT_LT(far(a.marks[f], b.marks[f]), b.known.size() / 50) << "of all marks, " << f;
+    EXPECT_LT(far(a.marks[f], b.marks[f]), b.constraints.size() / 50) << "of all marks, " << f;
   for (std::size_t f = 0; f < a.update.size(); ++f)
-    EXPECT_LT(far(a.update[f], b.update[f]), b.known.size() / 50) << "of new marks, " << f;
+    EXPECT_LT(far(a.update[f], b.update[f]), b.constraints.size() / 50) << "of new marks, " << f;
 }
 
 INSTANTIATE_TEST_SUITE_P(Executors, FieldOnDevice, ::testing::Values("cuda"),
@@ -319,7 +320,7 @@ TEST(FieldFeatures, AreRecordedOnRequest) {
   const PriorFeatures& features = field.features();
   const auto blocks = static_cast<std::size_t>(features.size[0] * features.size[1] * features.size[2]);
   EXPECT_EQ(features.size, field.box().size);  // blocks of one voxel
-  EXPECT_EQ(features.known.size(), blocks);
+  EXPECT_EQ(features.constraints.size(), blocks);
   EXPECT_EQ(features.near_inside, std::vector<std::uint8_t>(blocks));  // the new mark is an outside one
   EXPECT_EQ(features.marks.size(), static_cast<std::size_t>(MarkView::kFeatures));
   EXPECT_EQ(features.update.size(), static_cast<std::size_t>(UpdateView::kFeatures));

@@ -31,7 +31,7 @@ Problem noise(const std::array<int, 3>& size, const std::array<double, 3>& spaci
 
 /// Distances from the cells in `starts`, one list for each cost.
 std::vector<std::vector<float>> distances(const Problem& problem, const std::vector<std::vector<int>>& starts,
-                                          const std::vector<EdgeCost>& costs, const RunJobs& run = run_in_turn()) {
+                                          const std::vector<EdgeCost>& costs, const RunJobs& run = run_serially()) {
   const CpuFieldExecutor executor(run);
   ParallelGeodesic<CpuFieldExecutor> geodesic(executor, problem.grid, problem.spacing_mm, problem.image.data());
   std::vector<std::vector<float>> all(costs.size(), std::vector<float>(problem.image.size(), 1e4f));
@@ -76,7 +76,8 @@ TEST(Geodesic, EqualsDijkstraOverTilesOfAnySize) {
 
 TEST(Geodesic, EqualsDijkstraInAnImageWithAnObject) {
   const Scene scene = ellipsoid(36, 2, {13, 11, 9}, 25);
-  const BoxImage image = cut_out(scene.image, kVoxelCells, {{0, 0, 0}, scene.image.geometry().size}, run_in_turn());
+  const BoxImage image =
+      extract_box(scene.image, kVoxelCells, {{0, 0, 0}, scene.image.geometry().size}, run_serially());
   const int middle = (9 * 36 + 18) * 36 + 18;
   expect_dijkstra({image.grid, {1, 1, 2}, image.value}, {{middle}, {middle}}, {kChanges, kEdges});
 }

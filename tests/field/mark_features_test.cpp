@@ -10,7 +10,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kDistance = 3, kToOutside = 5, kEdgesIn = 6, kStrange = 8, kMost = 11, kMean = 12, kFirst = 13,
+constexpr int kDistance = 3, kToOutside = 5, kEdgesIn = 6, kEdgeZScore = 8, kMost = 11, kMean = 12, kFirst = 13,
               kReach = 15, kWall = 19, kMarks = 20;
 
 /// Image of 60 x 40 x 40 voxels of 1 mm, bright where `bright` is true, with little noise.
@@ -35,7 +35,7 @@ Mark outside(double x, double radius) { return {MarkKind::Outside, {x, 20, 20}, 
 /// Features on the middle line of the image.
 class OnMiddleLine {
  public:
-  OnMiddleLine(const Volume& image, const std::vector<Mark>& marks) : field_(image, run_in_turn(), on_voxels()) {
+  OnMiddleLine(const Volume& image, const std::vector<Mark>& marks) : field_(image, run_serially(), on_voxels()) {
     field_.record_features(true);
     field_.update(marks);
     EXPECT_EQ(field_.features().size, field_.box().size);
@@ -50,7 +50,7 @@ class OnMiddleLine {
   /// Blocks of one voxel.
   static EvidenceSettings on_voxels() {
     EvidenceSettings settings;
-    settings.least_reach = 1e9;
+    settings.blocks_per_scale = 1e9;
     return settings;
   }
 
@@ -74,8 +74,8 @@ TEST(MarkFeatures, ALineToAVoxelMeetsOtherIntensities) {
   EXPECT_LT(at(kMost, 27), 3);
   EXPECT_EQ(at(kFirst, 27), 1);
   EXPECT_GT(at(kMost, 31), 5);
-  EXPECT_GT(at(kStrange, 31), 5);
-  EXPECT_LT(at(kStrange, 36), 3);  // same intensity as the object, but behind a wall
+  EXPECT_GT(at(kEdgeZScore, 31), 5);
+  EXPECT_LT(at(kEdgeZScore, 36), 3);  // same intensity as the object, but behind a wall
   EXPECT_GT(at(kMost, 36), 5);
   EXPECT_LT(at(kFirst, 36), 0.7);
   EXPECT_GT(at(kMean, 36), at(kMean, 27));

@@ -34,7 +34,7 @@ struct TwoFeatures {
   }
 };
 std::vector<std::uint8_t> outputs(const PriorNetwork& network, const std::vector<std::array<float, 2>>& voxels,
-                                  const RunJobs& run = run_in_turn()) {
+                                  const RunJobs& run = run_serially()) {
   const CpuFieldExecutor executor(run);
   const ParallelNetwork<CpuFieldExecutor> on_executor(executor, network);
   std::vector<std::uint8_t> out(voxels.size());

@@ -17,7 +17,7 @@
 #include "field/parallel/cpu_executor.h"
 #include "field/parallel/prior.h"
 #include "field/quantile.h"
-#include "field/seed_reach.h"
+#include "field/seed_scale.h"
 #include "references.h"
 
 namespace simplexseg {
@@ -36,66 +36,67 @@ class Story {
     field.update(marks_, others);
     box_ = field.box();
     if (!then.empty())
-      for (const float p : field.probability()) before_.push_back(as_before(p));
+      for (const float p : field.probability()) previous_.push_back(to_8_bits(p));
     for (const Mark& mark : then) add(mark);
-    look(others);
+    prepare(others);
   }
   /// Single seed in a separate box.
   Story(const VoxelBox& box, const Volume& volume, const Mark& seed) : volume_(volume), marks_{seed}, box_(box) {
-    look({});
+    prepare({});
   }
 
   template <class Executor>
-  ParallelPrior<Executor> learned(const Executor& executor, const EvidenceSettings& settings = {}) const {
-    ParallelPrior<Executor> prior(executor, settings, run_in_turn());
-    prior.set_box(image_, volume_.geometry(), box_.first, reach_mm_);
+  ParallelPrior<Executor> computed(const Executor& executor, const EvidenceSettings& settings = {}) const {
+    ParallelPrior<Executor> prior(executor, settings, run_serially());
+    prior.set_box(image_, volume_.geometry(), box_.first, scale_mm_);
     prior.record_features(true);
-    learn(prior);
+    compute(prior);
     return prior;
   }
   template <class Executor>
-  void learn(ParallelPrior<Executor>& prior) const {
-    prior.learn({marks_, known_.data(), before_.empty() ? nullptr : before_.data(), fresh_, reach_mm_, radius_mm_});
+  void compute(ParallelPrior<Executor>& prior) const {
+    prior.compute({marks_, constraints_.data(), previous_.empty() ? nullptr : previous_.data(), new_balls_, scale_mm_,
+                   radius_mm_});
   }
   template <class Executor>
   std::vector<std::uint8_t> voxels_of(const ParallelPrior<Executor>& prior) const {
-    std::vector<std::uint8_t> voxels(known_.size());
+    std::vector<std::uint8_t> voxels(constraints_.size());
     prior.interpolate(smoothed_.data(), kEdge, voxels.data());
     return voxels;
   }
-  const std::vector<Constraint>& known() const { return known_; }
-  const std::vector<std::uint8_t>& before() const { return before_; }
+  const std::vector<Constraint>& constraints() const { return constraints_; }
+  const std::vector<std::uint8_t>& previous() const { return previous_; }
   std::span<const Mark> marks() const { return marks_; }
-  std::span<const NewMarkBall> fresh() const { return fresh_; }
-  double reach_mm() const { return reach_mm_; }
+  std::span<const NewMarkBall> new_balls() const { return new_balls_; }
+  double scale_mm() const { return scale_mm_; }
   double radius_mm() const { return radius_mm_; }
   CoarseImage coarse() const {
-    return coarse_image(volume_.geometry(), image_, box_.first, reach_mm_, {}, run_in_turn());
+    return coarse_image(volume_.geometry(), image_, box_.first, scale_mm_, {}, run_serially());
   }
 
  private:
   static constexpr float kEdge = 0.02f;
 
-  void look(std::span<const Mark> others) {
-    image_ = cut_out(volume_, kVoxelCells, box_, run_in_turn());
-    known_ = constraint_mask(volume_.geometry(), box_, image_.finite, marks_, others);
+  void prepare(std::span<const Mark> others) {
+    image_ = extract_box(volume_, kVoxelCells, box_, run_serially());
+    constraints_ = constraint_mask(volume_.geometry(), box_, image_.finite, marks_, others);
     const auto largest = std::max_element(marks_.begin(), marks_.end(),
                                           [](const Mark& a, const Mark& b) { return size_of(a) < size_of(b); });
     radius_mm_ = largest->radius_mm;
-    reach_mm_ = seed_scale(volume_, largest->position_mm, largest->radius_mm).reach_mm;
+    scale_mm_ = seed_scale(volume_, largest->position_mm, largest->radius_mm).scale_mm;
     smoothed_ = image_.value;
     std::array<double, 3> spacing_mm;
     for (int a = 0; a < 3; ++a) spacing_mm[a] = volume_.geometry().spacing_mm[a];
-    smooth_by_least_spacing(smoothed_, image_.grid, spacing_mm, 0.7, run_in_turn());
+    smooth_by_least_spacing(smoothed_, image_.grid, spacing_mm, 0.7, run_serially());
   }
   static double size_of(const Mark& mark) { return mark.kind == MarkKind::Outside ? 0 : mark.radius_mm; }
   void add(const Mark& mark) {
     marks_.push_back(mark);
     const Eigen::Vector3d step = ball_offset(mark);
-    if (mark.kind != MarkKind::Outside) add_fresh(mark.position_mm - step, mark.radius_mm, true);
-    if (mark.kind != MarkKind::Inside) add_fresh(mark.position_mm + step, mark.radius_mm, false);
+    if (mark.kind != MarkKind::Outside) add_ball(mark.position_mm - step, mark.radius_mm, true);
+    if (mark.kind != MarkKind::Inside) add_ball(mark.position_mm + step, mark.radius_mm, false);
   }
-  void add_fresh(const Eigen::Vector3d& at, double radius_mm, bool inside) {
+  void add_ball(const Eigen::Vector3d& at, double radius_mm, bool inside) {
     const Eigen::Affine3d world = volume_.geometry().world_from_index();
     const auto mm_to = [&](int i, int j, int k) {
       return (world * Eigen::Vector3d(box_.first[0] + i, box_.first[1] + j, box_.first[2] + k) - at).norm();
@@ -103,23 +104,23 @@ class Story {
     double nearest = 1e6, least = 1e6;
     bool object = false;
     each_index({box_.size}, [&](int i, int j, int k, int v) {
-      if (mm_to(i, j, k) < nearest) nearest = mm_to(i, j, k), object = before_[v] > kPreviousThreshold;
+      if (mm_to(i, j, k) < nearest) nearest = mm_to(i, j, k), object = previous_[v] > kPreviousThreshold;
     });
     each_index({box_.size}, [&](int i, int j, int k, int v) {
-      if ((before_[v] > kPreviousThreshold) != object) least = std::min(least, mm_to(i, j, k));
+      if ((previous_[v] > kPreviousThreshold) != object) least = std::min(least, mm_to(i, j, k));
     });
-    fresh_.push_back({at, radius_mm, inside, least});
+    new_balls_.push_back({at, radius_mm, inside, least});
   }
 
   Volume volume_;
   std::vector<Mark> marks_;
   VoxelBox box_;
-  std::vector<std::uint8_t> before_;
-  std::vector<NewMarkBall> fresh_;
+  std::vector<std::uint8_t> previous_;
+  std::vector<NewMarkBall> new_balls_;
   BoxImage image_;
   std::vector<float> smoothed_;
-  std::vector<Constraint> known_;
-  double radius_mm_, reach_mm_;
+  std::vector<Constraint> constraints_;
+  double radius_mm_, scale_mm_;
 };
 
 struct Named {
@@ -177,32 +178,32 @@ class Reference {
         world_(coarse_.geometry.world_from_index()),
         n_(coarse_.blocks.coarse.count()),
         settings_(settings) {
-    find_known();
+    find_constraints();
     measure_difference();
     balls_ = marked_balls(story.marks(), coarse_.geometry);
     find_new_marks();
   }
-  const std::vector<Constraint>& known() const { return known_; }
+  const std::vector<Constraint>& constraints() const { return constraints_; }
   /// Whether several balls are about equally near, so that any of them may be the nearest.
   bool is_between_balls(int v) const { return between_[v] != 0; }
-  bool is_between_fresh(int v) const { return between_fresh_[v] != 0; }
+  bool is_between_new(int v) const { return between_new_[v] != 0; }
 
   std::vector<std::vector<float>> mark_features() {
     measure_distances();
     score();
     solve_random_walker();
-    measure_strangeness();
+    measure_z_score();
     MarkView view{};
-    view.grid = grid(), view.known = known_.data(), view.image = coarse_.smoothed.data();
+    view.grid = grid(), view.constraints = constraints_.data(), view.image = coarse_.smoothed.data();
     for (int s = 0; s < 2; ++s) view.smoothed[s] = coarse_.features[s + 1].data();
     view.score = score_.data(), view.walker = random_walker_.data();
     view.inside = inside_.data(), view.outside = outside_.data();
     view.edges_in = edges_in_.data(), view.edges_out = edges_out_.data();
     view.from_inside = from_inside_.data(), view.from_outside = from_outside_.data();
     view.nearest = nearest_.data(), view.balls = balls_.data();
-    view.strangeness = strangeness_, view.noise = noise_, view.wall = wall_;
-    view.reach_mm = static_cast<float>(story_.reach_mm()), view.radius_mm = static_cast<float>(story_.radius_mm());
-    view.least_mm = least_mm(), view.marks = static_cast<int>(balls_.size());
+    view.z_score = z_score_, view.noise = noise_, view.shell_contrast = shell_contrast_;
+    view.scale_mm = static_cast<float>(story_.scale_mm()), view.radius_mm = static_cast<float>(story_.radius_mm());
+    view.least_spacing_mm = least_spacing_mm(), view.marks = static_cast<int>(balls_.size());
     view.use_geodesic = view.use_random_walk = true;
     return listed(view);
   }
@@ -213,32 +214,32 @@ class Reference {
   }
   std::vector<std::uint8_t> near_inside() const {
     std::vector<std::uint8_t> inside(n_);
-    for (int v = 0; v < n_; ++v) inside[v] = fresh_[nearest_fresh_[v]].inside;
+    for (int v = 0; v < n_; ++v) inside[v] = new_balls_[nearest_new_[v]].inside;
     return inside;
   }
   /// Prior of a block: output of the network of new marks for the side of the nearest one, and, from one to two depths
   /// of that mark on, half of the previous field.
   double remembered(int v, double same_side) const {
-    const NewMarkVoxel& mark = fresh_[nearest_fresh_[v]];
+    const NewMarkVoxel& mark = new_balls_[nearest_new_[v]];
     const double now = mark.inside ? same_side : 255 - same_side,
-                 depths = std::sqrt(square_[v]) / (mark.depth_mm + 0.5 * least_mm());
+                 depths = std::sqrt(square_[v]) / (mark.depth_mm + 0.5 * least_spacing_mm());
     const double old =
-        before_[v] == 0 ? 0 : settings_.far_memory * std::clamp(depths / settings_.far_depths - 1, 0.0, 1.0);
-    return now + old * (before_[v] - now);
+        previous_[v] == 0 ? 0 : settings_.far_memory * std::clamp(depths / settings_.far_depths - 1, 0.0, 1.0);
+    return now + old * (previous_[v] - now);
   }
 
  private:
   UpdateView update_view(const std::vector<std::uint8_t>& prior_of_marks) const {
     return {coarse_.smoothed.data(),
-            before_.data(),
+            previous_.data(),
             prior_of_marks.data(),
-            fresh_.data(),
-            nearest_fresh_.data(),
+            new_balls_.data(),
+            nearest_new_.data(),
             square_.data(),
-            edges_to_fresh_.data(),
+            edges_to_new_.data(),
             inward_.data(),
-            static_cast<float>(1 / story_.reach_mm()),
-            least_mm(),
+            static_cast<float>(1 / story_.scale_mm()),
+            least_spacing_mm(),
             1 / (3 * noise_),
             static_cast<float>(balls_.size()),
             static_cast<float>(settings_.far_memory),
@@ -246,7 +247,7 @@ class Reference {
   }
 
   const BoxGrid& grid() const { return coarse_.blocks.coarse; }
-  float least_mm() const { return static_cast<float>(*std::ranges::min_element(coarse_.spacing_mm)); }
+  float least_spacing_mm() const { return static_cast<float>(*std::ranges::min_element(coarse_.spacing_mm)); }
   template <class View>
   std::vector<std::vector<float>> listed(const View& view) const {
     std::vector<std::vector<float>> all(View::kFeatures, std::vector<float>(n_));
@@ -266,39 +267,40 @@ class Reference {
   }
 
   /// A block is not finite or outside if half of its voxels are; else it has the constraint of the side of the box.
-  void find_known() {
+  void find_constraints() {
     std::vector<std::array<int, 6>> count(n_);
-    std::vector<int> all(n_), sum(n_), known_before(n_);
+    std::vector<int> all(n_), sum(n_), previous_count(n_);
     const BoxGrid& fine = coarse_.blocks.fine;
     each_index(fine, [&](int i, int j, int k, int v) {
       const std::array<int, 3>& w = coarse_.blocks.width;
       const int b = (k / w[2] * grid().size[1] + j / w[1]) * grid().size[0] + i / w[0];
-      const Constraint at = story_.known()[v];
+      const Constraint at = story_.constraints()[v];
       ++all[b];
       count[b][0] += at == Constraint::NotFinite, count[b][1] += at == Constraint::Outside;
       count[b][2] += at == Constraint::FarBorder, count[b][3] += at == Constraint::VolumeEdge;
-      if (story_.before().empty() || story_.before()[v] == 0) return;
-      sum[b] += story_.before()[v], ++known_before[b];
+      if (story_.previous().empty() || story_.previous()[v] == 0) return;
+      sum[b] += story_.previous()[v], ++previous_count[b];
     });
     for (int b = 0; b < n_; ++b) {
-      known_.push_back(2 * count[b][0] >= all[b]   ? Constraint::NotFinite
-                       : 2 * count[b][1] >= all[b] ? Constraint::Outside
-                       : count[b][2] > 0           ? Constraint::FarBorder
-                       : count[b][3] > 0           ? Constraint::VolumeEdge
-                                                   : Constraint::None);
-      before_.push_back(static_cast<std::uint8_t>(
-          known_before[b] == 0 ? 0 : std::lround(std::floor(0.5 + double(sum[b]) / known_before[b]))));
+      constraints_.push_back(2 * count[b][0] >= all[b]   ? Constraint::NotFinite
+                             : 2 * count[b][1] >= all[b] ? Constraint::Outside
+                             : count[b][2] > 0           ? Constraint::FarBorder
+                             : count[b][3] > 0           ? Constraint::VolumeEdge
+                                                         : Constraint::None);
+      previous_.push_back(static_cast<std::uint8_t>(
+          previous_count[b] == 0 ? 0 : std::lround(std::floor(0.5 + double(sum[b]) / previous_count[b]))));
     }
-    paint_marks(known_, coarse_.geometry, {{0, 0, 0}, grid().size}, story_.marks());
+    paint_marks(constraints_, coarse_.geometry, {{0, 0, 0}, grid().size}, story_.marks());
   }
   /// 75th percentile of the differences of neighbours in inside marks along the axes with narrow spacing.
   void measure_difference() {
     std::vector<float> differences;
     for (int a = 0; a < 3; ++a) {
-      if (coarse_.spacing_mm[a] >= 2 * least_mm()) continue;
+      if (coarse_.spacing_mm[a] >= 2 * least_spacing_mm()) continue;
       each_index(grid(), [&](int i, int j, int k, int v) {
         const int at[3]{i, j, k}, u = v + grid().stride(a);
-        if (at[a] + 1 < grid().size[a] && known_[v] == Constraint::Inside && known_[u] == Constraint::Inside)
+        if (at[a] + 1 < grid().size[a] && constraints_[v] == Constraint::Inside &&
+            constraints_[u] == Constraint::Inside)
           differences.push_back(std::fabs(coarse_.smoothed[u] - coarse_.smoothed[v]));
       });
     }
@@ -331,33 +333,33 @@ class Reference {
     }
   }
   void find_new_marks() {
-    nearest_fresh_.resize(n_), between_fresh_.resize(n_), in_fresh_.resize(n_), square_.assign(n_, 1e12f);
-    for (const NewMarkBall& ball : story_.fresh()) {
+    nearest_new_.resize(n_), between_new_.resize(n_), in_new_.resize(n_), square_.assign(n_, 1e12f);
+    for (const NewMarkBall& ball : story_.new_balls()) {
       std::vector<double> square(n_);
       for (int v = 0; v < n_; ++v) square[v] = mm2(v, ball.centre_mm);
       int nearest = 0;
       for (int v = 0; v < n_; ++v)
         if (square[v] < square[nearest] - 1e-6) nearest = v;
-      const auto number = static_cast<std::uint16_t>(fresh_.size());
-      fresh_.push_back({static_cast<float>(ball.radius_mm), coarse_.smoothed[nearest],
-                        static_cast<float>(ball.depth_mm), nearest, ball.inside});
+      const auto number = static_cast<std::uint16_t>(new_balls_.size());
+      new_balls_.push_back({static_cast<float>(ball.radius_mm), coarse_.smoothed[nearest],
+                            static_cast<float>(ball.depth_mm), nearest, ball.inside});
       for (int v = 0; v < n_; ++v) {
-        if (v == nearest || square[v] <= ball.radius_mm * ball.radius_mm) in_fresh_[v] = 1;
-        if (std::fabs(square[v] - square_[v]) < 1e-3 * square[v] + 1e-3) between_fresh_[v] = 1;
-        if (square[v] < square_[v]) square_[v] = static_cast<float>(square[v]), nearest_fresh_[v] = number;
+        if (v == nearest || square[v] <= ball.radius_mm * ball.radius_mm) in_new_[v] = 1;
+        if (std::fabs(square[v] - square_[v]) < 1e-3 * square[v] + 1e-3) between_new_[v] = 1;
+        if (square[v] < square_[v]) square_[v] = static_cast<float>(square[v]), nearest_new_[v] = number;
       }
     }
   }
   void measure_new_marks() {
-    edges_to_fresh_ = distances({0.002f, 3 * noise_}, [&](int v) { return in_fresh_[v] != 0; });
+    edges_to_new_ = distances({0.002f, 3 * noise_}, [&](int v) { return in_new_[v] != 0; });
     std::vector<std::uint8_t> set(n_), rest(n_);
-    for (int v = 0; v < n_; ++v) set[v] = before_[v] > 127, rest[v] = !set[v];
+    for (int v = 0; v < n_; ++v) set[v] = previous_[v] > 127, rest[v] = !set[v];
     const Eigen::Matrix3d mm =
         Eigen::Vector3d(coarse_.spacing_mm[0], coarse_.spacing_mm[1], coarse_.spacing_mm[2]).asDiagonal();
     const VoxelBox box{{0, 0, 0}, grid().size};
     const std::vector<float> to_set = distance_map(set, box, mm), to_rest = distance_map(rest, box, mm);
     inward_.resize(n_);
-    for (int v = 0; v < n_; ++v) inward_[v] = inward_mm(set[v] ? to_rest[v] : to_set[v], set[v], least_mm());
+    for (int v = 0; v < n_; ++v) inward_[v] = inward_mm(set[v] ? to_rest[v] : to_set[v], set[v], least_spacing_mm());
   }
   /// Ridge regression by the normal equations in double.
   void score() {
@@ -373,7 +375,7 @@ class Reference {
       }
       return x;
     };
-    const LookSamples samples = look_samples(known_, settings_);
+    const AppearanceSamples samples = appearance_samples(constraints_, settings_);
     score_.assign(n_, 0), open_.assign(n_, 0);
     if (!settings_.use_appearance || samples.inside.empty() || samples.outside.empty()) return;
     Eigen::MatrixXd gram = ridge.ridge * Eigen::MatrixXd::Identity(ridge.terms, ridge.terms);
@@ -391,48 +393,48 @@ class Reference {
     const Eigen::VectorXd w = gram.selfadjointView<Eigen::Lower>().llt().solve(right);
     for (int v = 0; v < n_; ++v) {
       score_[v] = static_cast<float>(row(v).dot(w));
-      open_[v] = known_[v] == Constraint::FarBorder && score_[v] > settings_.open_side;
+      open_[v] = constraints_[v] == Constraint::FarBorder && score_[v] > settings_.open_side;
     }
   }
   /// Geodesic distances, and the random walker of the marks alone, which random_walker_test.cpp tests.
   void solve_random_walker() {
     const EdgeCost changes{static_cast<float>(settings_.length_cost), 0}, edges{0.002f, 3 * noise_};
-    const auto in = [&](int v) { return known_[v] == Constraint::Inside; };
-    const auto out = [&](int v) { return !in(v) && known_[v] != Constraint::None && !open_[v]; };
+    const auto in = [&](int v) { return constraints_[v] == Constraint::Inside; };
+    const auto out = [&](int v) { return !in(v) && constraints_[v] != Constraint::None && !open_[v]; };
     inside_ = distances(changes, in), edges_in_ = distances(edges, in);
     outside_ = distances(changes, out), edges_out_ = distances(edges, out);
     const CpuFieldExecutor executor;
     ParallelWalker<CpuFieldExecutor> walker(grid(), coarse_.spacing_mm, executor);
-    std::vector<std::uint8_t> held(n_), finite(n_);
+    std::vector<std::uint8_t> fixed(n_), finite(n_);
     const std::vector<std::uint8_t> target(n_);
     for (int v = 0; v < n_; ++v) {
-      held[v] = in(v) || out(v), finite[v] = known_[v] != Constraint::NotFinite;
+      fixed[v] = in(v) || out(v), finite[v] = constraints_[v] != Constraint::NotFinite;
       walker.field()[v] = in(v) ? 1.0f : 0.0f;
     }
     set_edges(executor, walker, coarse_.spacing_mm, coarse_.smoothed.data(), finite.data(),
               sharpness_of(difference_, settings_), 0);
-    walker.solve(target.data(), held.data(), kWalkerTolerance, settings_.most_iterations);
+    walker.solve(target.data(), fixed.data(), kWalkerTolerance, settings_.most_iterations);
     random_walker_.assign(walker.field(), walker.field() + n_);
   }
-  void measure_strangeness() {
+  void measure_z_score() {
     for (int l = 0; l < 3; ++l) {
       const std::vector<float>& image = l == 0 ? coarse_.smoothed : coarse_.features[l];
       std::vector<float> values;
       for (int v = 0; v < n_; ++v)
-        if (known_[v] == Constraint::Inside) values.push_back(image[v]);
+        if (constraints_[v] == Constraint::Inside) values.push_back(image[v]);
       ASSERT_FALSE(values.empty());
-      strangeness_.middle[l] = quantile(values, 0.5);
-      for (float& x : values) x = std::fabs(x - strangeness_.middle[l]);
-      strangeness_.per_deviation[l] = 1 / (1.4826f * quantile(values, 0.5) + (l == 0 ? 0.01f : 0.03f));
+      z_score_.median[l] = quantile(values, 0.5);
+      for (float& x : values) x = std::fabs(x - z_score_.median[l]);
+      z_score_.inverse_deviation[l] = 1 / (1.4826f * quantile(values, 0.5) + (l == 0 ? 0.01f : 0.03f));
     }
     std::vector<float> shell;
     for (int v = 0; v < n_; ++v) {
-      const double reaches = std::sqrt(from_inside_[v]) / story_.reach_mm();
-      if (reaches <= 1.15 || reaches >= 1.7 || known_[v] == Constraint::NotFinite) continue;
+      const double scales = std::sqrt(from_inside_[v]) / story_.scale_mm();
+      if (scales <= 1.15 || scales >= 1.7 || constraints_[v] == Constraint::NotFinite) continue;
       shell.push_back(
-          std::min(std::fabs(coarse_.smoothed[v] - strangeness_.middle[0]) * strangeness_.per_deviation[0], 6.0f));
+          std::min(std::fabs(coarse_.smoothed[v] - z_score_.median[0]) * z_score_.inverse_deviation[0], 6.0f));
     }
-    wall_ = shell.empty() ? 0 : quantile(shell, 0.5);
+    shell_contrast_ = shell.empty() ? 0 : quantile(shell, 0.5);
   }
 
   const Story& story_;
@@ -440,15 +442,15 @@ class Reference {
   Eigen::Affine3d world_;
   int n_;
   EvidenceSettings settings_;
-  std::vector<Constraint> known_;
-  std::vector<std::uint8_t> before_, between_, between_fresh_, in_fresh_, open_;
+  std::vector<Constraint> constraints_;
+  std::vector<std::uint8_t> previous_, between_, between_new_, in_new_, open_;
   std::vector<MarkedBall> balls_;
-  std::vector<NewMarkVoxel> fresh_;
-  std::vector<std::uint16_t> nearest_, nearest_fresh_;
+  std::vector<NewMarkVoxel> new_balls_;
+  std::vector<std::uint16_t> nearest_, nearest_new_;
   std::vector<float> from_inside_, from_outside_, square_, inward_, score_, random_walker_;
-  std::vector<float> inside_, outside_, edges_in_, edges_out_, edges_to_fresh_;
-  Strangeness strangeness_;
-  float difference_ = 0, noise_ = 0, wall_ = 0;
+  std::vector<float> inside_, outside_, edges_in_, edges_out_, edges_to_new_;
+  IntensityZScore z_score_;
+  float difference_ = 0, noise_ = 0, shell_contrast_ = 0;
 };
 
 }  // namespace simplexseg

@@ -44,9 +44,9 @@ class Counting : public CpuFieldExecutor {
     CpuFieldExecutor::all(kernel, progress);
   }
   template <class Kernel>
-  void teams(int count, const Kernel& kernel) const {
+  void blocks(int count, const Kernel& kernel) const {
     ++launches;
-    CpuFieldExecutor::teams(count, kernel);
+    CpuFieldExecutor::blocks(count, kernel);
   }
   template <class Kernel>
   void sums_into(int n, const Kernel& kernel, double* to) const {
@@ -130,10 +130,10 @@ int differing(const std::vector<float>& a, const std::vector<float>& b, double m
 TEST(Prior, FeaturesOfAllMarksEqualTheReference) {
   const CpuFieldExecutor executor;
   for (const Named& named : stories()) {
-    const auto prior = named.story.learned(executor);
+    const auto prior = named.story.computed(executor);
     Reference reference(named.story);
     const PriorFeatures& found = prior.features();
-    ASSERT_EQ(found.known, reference.known()) << named.name;
+    ASSERT_EQ(found.constraints, reference.constraints()) << named.name;
     const std::vector<std::vector<float>> expected = reference.mark_features();
     ASSERT_EQ(found.marks.size(), expected.size());
     for (int f = 0; f < static_cast<int>(expected.size()); ++f) {
@@ -148,18 +148,18 @@ TEST(Prior, FeaturesOfNewMarksEqualTheReference) {
   const CpuFieldExecutor executor;
   int with_new_marks = 0;
   for (const Named& named : stories()) {
-    const auto prior = named.story.learned(executor);
+    const auto prior = named.story.computed(executor);
     const PriorFeatures& found = prior.features();
-    ASSERT_EQ(found.update.empty(), named.story.fresh().empty()) << named.name;
-    ASSERT_EQ(found.near_inside.empty(), named.story.fresh().empty()) << named.name;
-    if (named.story.fresh().empty()) continue;
+    ASSERT_EQ(found.update.empty(), named.story.new_balls().empty()) << named.name;
+    ASSERT_EQ(found.near_inside.empty(), named.story.new_balls().empty()) << named.name;
+    if (named.story.new_balls().empty()) continue;
     ++with_new_marks;
     Reference reference(named.story);
     const std::vector<std::uint8_t> prior_of_marks = outputs(learned_networks().marks, found.marks);
     const std::vector<std::vector<float>> expected = reference.update_features(prior_of_marks);
     const std::vector<std::uint8_t> near_inside = reference.near_inside();
     ASSERT_EQ(found.update.size(), expected.size());
-    const auto skip = [&](int v) { return reference.is_between_fresh(v); };
+    const auto skip = [&](int v) { return reference.is_between_new(v); };
     int skipped = 0;
     for (int v = 0; v < static_cast<int>(prior_of_marks.size()); ++v) {
       skipped += skip(v);
@@ -181,12 +181,12 @@ TEST(Prior, IsTheOutputOfTheNetworksForTheRecordedFeatures) {
   int compared = 0;
   for (const Named& named : stories())
     for (const bool threshold : {false, true}) {
-      if (threshold && !named.story.fresh().empty()) continue;
+      if (threshold && !named.story.new_balls().empty()) continue;
       EvidenceSettings settings;
       settings.expected_dice_threshold = threshold;
-      const auto prior = named.story.learned(executor, settings);
+      const auto prior = named.story.computed(executor, settings);
       const PriorFeatures& found = prior.features();
-      if (found.known.size() != named.story.known().size()) continue;
+      if (found.constraints.size() != named.story.constraints().size()) continue;
       ++compared;
       const std::vector<std::uint8_t> voxels = named.story.voxels_of(prior);
       std::vector<std::uint8_t> expected = outputs(learned_networks().marks, found.marks);
@@ -195,7 +195,7 @@ TEST(Prior, IsTheOutputOfTheNetworksForTheRecordedFeatures) {
         const Reference reference(named.story);
         const std::vector<std::uint8_t> same_side = outputs(learned_networks().update, found.update);
         for (std::size_t v = 0; v < expected.size(); ++v)
-          if (!reference.is_between_fresh(static_cast<int>(v))) {
+          if (!reference.is_between_new(static_cast<int>(v))) {
             ASSERT_NEAR(voxels[v], reference.remembered(static_cast<int>(v), same_side[v]), 1.6)
                 << named.name << ' ' << v;
           }
@@ -204,8 +204,8 @@ TEST(Prior, IsTheOutputOfTheNetworksForTheRecordedFeatures) {
       if (threshold) {  // odds are multiplied so that the best threshold is 0.5
         std::vector<int> cells;
         for (std::size_t v = 0; v < expected.size(); ++v)
-          if (found.known[v] == Constraint::None || found.known[v] == Constraint::Inside)
-            cells.push_back(found.known[v] == Constraint::Inside ? 255 : expected[v]);
+          if (found.constraints[v] == Constraint::None || found.constraints[v] == Constraint::Inside)
+            cells.push_back(found.constraints[v] == Constraint::Inside ? 255 : expected[v]);
         std::ranges::sort(cells, std::greater<>());
         double all = 0, taken = 0, right = 0, best = 0;
         for (const int p : cells) all += p / 255.0;
@@ -225,28 +225,28 @@ TEST(Prior, IsTheOutputOfTheNetworksForTheRecordedFeatures) {
 TEST(Prior, EverySettingHasAnEffect) {
   const CpuFieldExecutor executor;
   const Story story(ellipsoid(32, 1, {10, 7, 8}, 25).image, {inside({0, 0, 0}, 6)}, {outside({12, 0, 0}, 2)});
-  const auto usual_prior = story.learned(executor);
+  const auto usual_prior = story.computed(executor);
   const std::vector<std::uint8_t> usual = story.voxels_of(usual_prior);
-  const std::vector<float> zeros(usual_prior.features().known.size());
+  const std::vector<float> zeros(usual_prior.features().constraints.size());
   for (int feature = 0; feature < 3; ++feature) EXPECT_NE(usual_prior.features().marks[feature], zeros);
   int feature = 0;
   for (bool EvidenceSettings::*const use :
        {&EvidenceSettings::use_appearance, &EvidenceSettings::use_geodesic, &EvidenceSettings::use_random_walk}) {
     EvidenceSettings settings;
     settings.*use = false;
-    const auto prior = story.learned(executor, settings);
+    const auto prior = story.computed(executor, settings);
     EXPECT_GT(difference(usual, story.voxels_of(prior)).most, 0);
     EXPECT_EQ(prior.features().marks[feature], zeros) << feature;
     ++feature;
   }
   EvidenceSettings settings;
   settings.memory = false;
-  const auto forgets = story.learned(executor, settings);
+  const auto forgets = story.computed(executor, settings);
   EXPECT_TRUE(forgets.features().update.empty());
   EXPECT_EQ(forgets.features().marks, usual_prior.features().marks);
   EXPECT_GT(difference(usual, story.voxels_of(forgets)).most, 0);
   settings.expected_dice_threshold = false;
-  EXPECT_GT(difference(story.voxels_of(forgets), story.voxels_of(story.learned(executor, settings))).most, 0);
+  EXPECT_GT(difference(story.voxels_of(forgets), story.voxels_of(story.computed(executor, settings))).most, 0);
 }
 
 TEST(Prior, OpensTheSidesOfTheBoxWhereTheObjectContinues) {
@@ -254,14 +254,15 @@ TEST(Prior, OpensTheSidesOfTheBoxWhereTheObjectContinues) {
   const CpuFieldExecutor executor;
   const VoxelBox box{{8, 4, 4}, {24, 32, 32}};
   const Story story(box, bar.image, inside({0, 0, 0}, 6));
-  const auto prior = story.learned(executor);
+  const auto prior = story.computed(executor);
   std::vector<std::uint8_t> open(box.voxel_count(), 7);
-  prior.mark_open(story.known().data(), open.data());
+  prior.mark_open(story.constraints().data(), open.data());
   const PriorFeatures& found = prior.features();
-  ASSERT_EQ(found.known.size(), open.size());
+  ASSERT_EQ(found.constraints.size(), open.size());
   int in_bar = 0, missed = 0, beside = 0;
   each_index({box.size}, [&](int i, int j, int k, int v) {
-    const bool expected = story.known()[v] == Constraint::FarBorder && found.known[v] == Constraint::FarBorder &&
+    const bool expected = story.constraints()[v] == Constraint::FarBorder &&
+                          found.constraints[v] == Constraint::FarBorder &&
                           found.marks[0][v] > EvidenceSettings().open_side;
     ASSERT_EQ(open[v], expected) << v;
     const bool end = i == 0 || i == 23, within = std::hypot(j - 15.5, k - 15.5) < 6;
@@ -278,10 +279,10 @@ TEST(Prior, AnyOrderOfJobsGivesTheSameBits) {
   const Scene scene = ellipsoid(36, 1, {12, 10, 9}, 25);
   const Story story(scene.image, {inside({0, 0, 0}, 8)}, {outside({15, 0, 0}, 3), inside({9, 3, 1}, 2)});
   const CpuFieldExecutor in_turn;
-  const auto prior = story.learned(in_turn);
+  const auto prior = story.computed(in_turn);
   for (const JobOrder& order : job_orders()) {
     const CpuFieldExecutor executor(order.run);
-    const auto other = story.learned(executor);
+    const auto other = story.computed(executor);
     EXPECT_EQ(story.voxels_of(other), story.voxels_of(prior)) << order.name;
     EXPECT_EQ(other.features().marks, prior.features().marks) << order.name;
     EXPECT_EQ(other.features().update, prior.features().update) << order.name;
@@ -293,23 +294,23 @@ TEST(Prior, IsReproducibleForAnyNumberOfUpdates) {
   const Scene scene = ellipsoid(36, 1, {12, 10, 9}, 25);
   const Story one(scene.image, {inside({0, 0, 0}, 8)}, {outside({15, 0, 0}, 3)}),
       other(scene.image, {inside({0, 0, 0}, 8)}, {inside({9, 3, 1}, 2), boundary({0, 10, 0}, 2.5, {0, 1, 0})});
-  ParallelPrior<Counting> prior = one.learned(executor);
+  ParallelPrior<Counting> prior = one.computed(executor);
   prior.record_features(false);
-  one.learn(prior);  // the random walker starts from its last solution
+  one.compute(prior);  // the random walker starts from its last solution
   const std::vector<std::uint8_t> first = one.voxels_of(prior);
-  EXPECT_LT(difference(first, one.voxels_of(one.learned(executor))).mean, 0.1);
+  EXPECT_LT(difference(first, one.voxels_of(one.computed(executor))).mean, 0.1);
   const std::size_t bytes = prior.bytes();
   executor.launches = executor.waits = executor.uploads = 0;
-  one.learn(prior);
+  one.compute(prior);
   EXPECT_EQ(prior.bytes(), bytes);  // no further allocation
   RecordProperty("launches", executor.launches);
   RecordProperty("waits", executor.waits);
   EXPECT_LT(executor.launches, 100);
   EXPECT_LT(executor.waits, 20);
   EXPECT_LT(difference(first, one.voxels_of(prior)).most, 6);
-  other.learn(prior);
+  other.compute(prior);
   EXPECT_GT(difference(first, one.voxels_of(prior)).most, 20);
-  EXPECT_LT(difference(other.voxels_of(other.learned(executor)), other.voxels_of(prior)).mean, 0.1);
+  EXPECT_LT(difference(other.voxels_of(other.computed(executor)), other.voxels_of(prior)).mean, 0.1);
 }
 
 }  // namespace

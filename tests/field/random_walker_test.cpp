@@ -22,9 +22,9 @@ using Walker = ParallelWalker<CpuFieldExecutor>;
 struct Problem {
   BoxGrid grid;
   std::array<double, 3> spacing_mm;
-  std::array<std::vector<float>, 3> weight;
-  std::vector<float> pull, start;
-  std::vector<std::uint8_t> target, held;
+  std::array<std::vector<float>, 3> conductance;
+  std::vector<float> prior_weight, start;
+  std::vector<std::uint8_t> target, fixed;
 };
 
 bool has_next(const BoxGrid& grid, int v, int axis) {
@@ -33,36 +33,37 @@ bool has_next(const BoxGrid& grid, int v, int axis) {
 }
 
 /// Conductances over four decades, one voxel in fifteen with a Dirichlet condition.
-Problem random_problem(std::array<int, 3> size, std::array<double, 3> spacing_mm, float pull) {
+Problem random_problem(std::array<int, 3> size, std::array<double, 3> spacing_mm, float prior_weight) {
   Problem p{{size}, spacing_mm, {}, {}, {}, {}, {}};
   std::mt19937 random(7);
   const auto uniform = [&] { return static_cast<float>(random()) / 4294967296.0f; };
   const int n = p.grid.count();
-  for (auto& w : p.weight)
+  for (auto& w : p.conductance)
     for (int v = 0; v < n; ++v) w.push_back(std::pow(10.0f, -4 * uniform()));
   for (int v = 0; v < n; ++v) {
-    p.pull.push_back(pull * uniform());
+    p.prior_weight.push_back(prior_weight * uniform());
     p.target.push_back(static_cast<std::uint8_t>(random() % 256));
-    p.held.push_back(random() % 15 == 0);
-    p.start.push_back(p.held.back() ? static_cast<float>(random() % 2) : 0.5f);
+    p.fixed.push_back(random() % 15 == 0);
+    p.start.push_back(p.fixed.back() ? static_cast<float>(random() % 2) : 0.5f);
   }
-  p.held[0] = p.held[n - 1] = 1;
+  p.fixed[0] = p.fixed[n - 1] = 1;
   p.start[0] = 0;
   p.start[n - 1] = 1;
   return p;
 }
 
 /// Solution with a tolerance. `rough`: larger tolerance of a first solution, from which the solver resumes.
-std::vector<float> solve(const Problem& p, double tolerance, const RunJobs& run = run_in_turn(),
+std::vector<float> solve(const Problem& p, double tolerance, const RunJobs& run = run_serially(),
                          Walker::Report* report = nullptr, double rough = 0) {
   const CpuFieldExecutor executor(run);
   Walker walker(p.grid, p.spacing_mm, executor);
   for (int a = 0; a < 3; ++a)
-    for (int v = 0; v < p.grid.count(); ++v) walker.weights(a)[v] = has_next(p.grid, v, a) ? p.weight[a][v] : 0.0f;
-  executor.upload<float>(p.pull, walker.pull());
+    for (int v = 0; v < p.grid.count(); ++v)
+      walker.conductances(a)[v] = has_next(p.grid, v, a) ? p.conductance[a][v] : 0.0f;
+  executor.upload<float>(p.prior_weight, walker.prior_weight());
   executor.upload<float>(p.start, walker.field());
   int iterations = 0;
-  walker.solve(p.target.data(), p.held.data(), rough > 0 ? rough : tolerance, 200);
+  walker.solve(p.target.data(), p.fixed.data(), rough > 0 ? rough : tolerance, 200);
   if (rough > 0) {
     iterations = walker.report().iterations;
     walker.resume(tolerance, 200);
@@ -77,25 +78,25 @@ std::vector<float> solve(const Problem& p, double tolerance, const RunJobs& run 
 template <class Visit>
 void each_term(const Problem& p, const Visit& visit) {
   for (int v = 0; v < p.grid.count(); ++v) {
-    if (p.held[v]) {
+    if (p.fixed[v]) {
       visit(v, v, 1.0);
       visit(v, -1, p.start[v]);
       continue;
     }
-    visit(v, v, p.pull[v]);
-    visit(v, -1, p.pull[v] * p.target[v] / 255.0);
+    visit(v, v, p.prior_weight[v]);
+    visit(v, -1, p.prior_weight[v] * p.target[v] / 255.0);
   }
   for (int axis = 0; axis < 3; ++axis)
     for (int v = 0; v < p.grid.count(); ++v) {
       if (!has_next(p.grid, v, axis)) continue;
       const int u = v + p.grid.stride(axis);
       for (const auto& [from, to] : {std::pair{v, u}, std::pair{u, v}}) {
-        if (p.held[from]) continue;
-        visit(from, from, p.weight[axis][v]);
-        if (p.held[to])
-          visit(from, -1, p.weight[axis][v] * p.start[to]);
+        if (p.fixed[from]) continue;
+        visit(from, from, p.conductance[axis][v]);
+        if (p.fixed[to])
+          visit(from, -1, p.conductance[axis][v] * p.start[to]);
         else
-          visit(from, to, -p.weight[axis][v]);
+          visit(from, to, -p.conductance[axis][v]);
       }
     }
 }
@@ -131,12 +132,12 @@ Eigen::VectorXd sparse_solution(const Problem& p) {
 class Solver : public ::testing::TestWithParam<std::pair<std::array<int, 3>, std::array<double, 3>>> {};
 
 TEST_P(Solver, AgreesWithADenseFactorisation) {
-  for (const float pull : {0.0f, 0.05f}) {
-    const Problem p = random_problem(GetParam().first, GetParam().second, pull);
+  for (const float prior_weight : {0.0f, 0.05f}) {
+    const Problem p = random_problem(GetParam().first, GetParam().second, prior_weight);
     Walker::Report report;
-    const std::vector<float> x = solve(p, 1e-6, run_in_turn(), &report);
+    const std::vector<float> x = solve(p, 1e-6, run_serially(), &report);
     const Eigen::VectorXd reference = dense_solution(p);
-    for (int v = 0; v < p.grid.count(); ++v) ASSERT_NEAR(x[v], reference[v], 2e-4) << v << " pull " << pull;
+    for (int v = 0; v < p.grid.count(); ++v) ASSERT_NEAR(x[v], reference[v], 2e-4) << v << " pull " << prior_weight;
     EXPECT_LT(report.iterations, 60);
     EXPECT_LE(report.error, 1e-6);
   }
@@ -154,7 +155,7 @@ TEST(RandomWalker, AgreesWithAnotherSolverOnALargeBox) {
   for (const std::array<double, 3>& spacing : {std::array{1.0, 1.0, 1.0}, std::array{1.0, 1.0, 3.0}}) {
     const Problem p = random_problem({51, 42, 33}, spacing, 0.005f);
     Walker::Report report;
-    const std::vector<float> x = solve(p, 1e-5, run_in_turn(), &report);
+    const std::vector<float> x = solve(p, 1e-5, run_serially(), &report);
     const Eigen::VectorXd reference = sparse_solution(p);
     for (int v = 0; v < p.grid.count(); ++v) ASSERT_NEAR(x[v], reference[v], 1e-3) << v;
     EXPECT_LT(report.iterations, 40);
@@ -166,11 +167,11 @@ TEST(RandomWalker, AgreesWithAnotherSolverOnALargeBox) {
 TEST(RandomWalker, ALargeBoxTakesFewMoreIterationsThanASmallOne) {
   const auto iterations = [](const std::array<int, 3>& size) {
     Problem p = random_problem(size, {1, 1, 1}, 0);
-    for (std::vector<float>& weights : p.weight) std::fill(weights.begin(), weights.end(), 1.0f);
-    std::fill(p.held.begin() + 1, p.held.end() - 1, std::uint8_t{0});
+    for (std::vector<float>& conductances : p.conductance) std::fill(conductances.begin(), conductances.end(), 1.0f);
+    std::fill(p.fixed.begin() + 1, p.fixed.end() - 1, std::uint8_t{0});
     std::fill(p.start.begin() + 1, p.start.end() - 1, 0.5f);
     Walker::Report report;
-    solve(p, 1e-4, run_in_turn(), &report);
+    solve(p, 1e-4, run_serially(), &report);
     EXPECT_LE(report.error, 1e-4);
     return report.iterations;
   };
@@ -183,8 +184,8 @@ TEST(RandomWalker, ALargeBoxTakesFewMoreIterationsThanASmallOne) {
 TEST(RandomWalker, ResumingGivesTheSameSolution) {
   const Problem p = random_problem({40, 30, 20}, {1, 1, 1}, 0.005f);
   Walker::Report at_once, carried;
-  const std::vector<float> x = solve(p, 1e-4, run_in_turn(), &at_once),
-                           y = solve(p, 1e-4, run_in_turn(), &carried, 0.1);
+  const std::vector<float> x = solve(p, 1e-4, run_serially(), &at_once),
+                           y = solve(p, 1e-4, run_serially(), &carried, 0.1);
   EXPECT_EQ(x, y);
   EXPECT_EQ(at_once.iterations, carried.iterations);
   EXPECT_NE(x, solve(p, 0.1));
@@ -202,7 +203,7 @@ TEST(RandomWalker, TheStatedErrorMatchesTheRemainingOne) {
 TEST(RandomWalker, AnyOrderOfJobsGivesTheSameBits) {
   const Problem p = random_problem({70, 61, 33}, {1, 1, 3}, 0.005f);
   Walker::Report in_turn;
-  const std::vector<float> x = solve(p, 1e-3, run_in_turn(), &in_turn);
+  const std::vector<float> x = solve(p, 1e-3, run_serially(), &in_turn);
   for (const JobOrder& order : job_orders()) {
     Walker::Report report;
     EXPECT_EQ(solve(p, 1e-3, order.run, &report), x) << order.name;
@@ -214,8 +215,8 @@ TEST(RandomWalker, AnyOrderOfJobsGivesTheSameBits) {
 TEST(RandomWalker, AWarmStartTakesFewerIterations) {
   Problem p = random_problem({40, 40, 40}, {1, 1, 1}, 0.005f);
   Walker::Report cold, warm;
-  p.start = solve(p, 1e-4, run_in_turn(), &cold);
-  solve(p, 1e-4, run_in_turn(), &warm);
+  p.start = solve(p, 1e-4, run_serially(), &cold);
+  solve(p, 1e-4, run_serially(), &warm);
   EXPECT_GT(cold.iterations, 3);
   EXPECT_LT(warm.iterations, cold.iterations / 2);
 }
@@ -225,10 +226,11 @@ TEST(RandomWalker, ReportsItsProgress) {
   const CpuFieldExecutor executor;
   Walker walker(p.grid, p.spacing_mm, executor);
   for (int a = 0; a < 3; ++a)
-    for (int v = 0; v < p.grid.count(); ++v) walker.weights(a)[v] = has_next(p.grid, v, a) ? p.weight[a][v] : 0.0f;
+    for (int v = 0; v < p.grid.count(); ++v)
+      walker.conductances(a)[v] = has_next(p.grid, v, a) ? p.conductance[a][v] : 0.0f;
   executor.upload<float>(p.start, walker.field());
   std::vector<float> fractions;
-  walker.solve(p.target.data(), p.held.data(), 1e-4, 200, [&](float fraction) { fractions.push_back(fraction); });
+  walker.solve(p.target.data(), p.fixed.data(), 1e-4, 200, [&](float fraction) { fractions.push_back(fraction); });
   EXPECT_EQ(fractions.size(), static_cast<std::size_t>(walker.report().iterations));
   EXPECT_EQ(fractions.front(), 0);
   EXPECT_LT(fractions.back(), 1);
@@ -248,21 +250,22 @@ TEST(RandomWalker, ConductancesFollowTheImage) {
     const CpuFieldExecutor executor;
     Walker walker(grid, spacing_mm, executor);
     set_edges(executor, walker, spacing_mm, image.data(), all_finite ? nullptr : finite.data(), 50, 0.3);
-    std::vector<double> pull(grid.count());
+    std::vector<double> prior_weight(grid.count());
     int cut = 0;
     for (int axis = 0; axis < 3; ++axis)
       for (int v = 0; v < grid.count(); ++v) {
         const int u = v + grid.stride(axis);
         const bool conducts = has_next(grid, v, axis) && (all_finite || (finite[v] && finite[u]));
         const double d = conducts ? double{image[u]} - image[v] : 0;
-        const double weight = conducts ? (std::exp(-50 * d * d) + 1e-5) / (spacing_mm[axis] * spacing_mm[axis]) : 0;
-        ASSERT_NEAR(walker.weights(axis)[v], weight, 1e-5) << axis << ' ' << v;
+        const double conductance =
+            conducts ? (std::exp(-50 * d * d) + 1e-5) / (spacing_mm[axis] * spacing_mm[axis]) : 0;
+        ASSERT_NEAR(walker.conductances(axis)[v], conductance, 1e-5) << axis << ' ' << v;
         cut += !conducts;
-        pull[v] += 0.3 / 6 * weight;
-        if (conducts) pull[u] += 0.3 / 6 * weight;
+        prior_weight[v] += 0.3 / 6 * conductance;
+        if (conducts) prior_weight[u] += 0.3 / 6 * conductance;
       }
     EXPECT_GT(cut, 10);
-    for (int v = 0; v < grid.count(); ++v) ASSERT_NEAR(walker.pull()[v], pull[v], 1e-5) << v;
+    for (int v = 0; v < grid.count(); ++v) ASSERT_NEAR(walker.prior_weight()[v], prior_weight[v], 1e-5) << v;
   }
 }
 

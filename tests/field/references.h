@@ -33,7 +33,7 @@ struct JobOrder {
   std::string name;
   RunJobs run;
 };
-/// Orders that must give the bits of run_in_turn().
+/// Orders that must give the bits of run_serially().
 inline std::vector<JobOrder> job_orders() {
   return {{"reversed", run_in_reverse()},
           {"1 thread", run_on_threads(1)},
@@ -107,28 +107,28 @@ inline std::vector<double> dijkstra(const std::vector<std::uint8_t>& start, cons
 
 /// Sets the constraint of the voxels whose centres lie in a ball, and of the nearest one, unless they are not finite.
 /// With OtherObject, only of voxels without a constraint.
-inline void paint_ball(std::vector<Constraint>& known, const VolumeGeometry& geometry, const VoxelBox& box,
+inline void paint_ball(std::vector<Constraint>& constraints, const VolumeGeometry& geometry, const VoxelBox& box,
                        const Eigen::Vector3d& centre_mm, double radius_mm, Constraint value) {
   const Eigen::Affine3d world = geometry.world_from_index();
   const Eigen::Vector3d centre = geometry.index_from_world() * centre_mm;
   each_index({box.size}, [&](int i, int j, int k, int v) {
     const Eigen::Vector3d away = Eigen::Vector3d(box.first[0] + i, box.first[1] + j, box.first[2] + k) - centre;
     if (away.cwiseAbs().maxCoeff() > 0.5 && (world.linear() * away).norm() > radius_mm) return;
-    if (known[v] == Constraint::NotFinite) return;
-    if (value != Constraint::OtherObject || known[v] == Constraint::None) known[v] = value;
+    if (constraints[v] == Constraint::NotFinite) return;
+    if (value != Constraint::OtherObject || constraints[v] == Constraint::None) constraints[v] = value;
   });
 }
 /// Sets the constraints of the cells in the balls of marks, in their order.
-inline void paint_marks(std::vector<Constraint>& known, const VolumeGeometry& geometry, const VoxelBox& box,
+inline void paint_marks(std::vector<Constraint>& constraints, const VolumeGeometry& geometry, const VoxelBox& box,
                         std::span<const Mark> marks) {
   for (const Mark& mark : marks) {
     const Eigen::Vector3d step = mark.kind == MarkKind::Boundary
                                      ? Eigen::Vector3d(mark.radius_mm * mark.outward / mark.outward.norm())
                                      : Eigen::Vector3d(0, 0, 0);
     if (mark.kind != MarkKind::Outside)
-      paint_ball(known, geometry, box, mark.position_mm - step, mark.radius_mm, Constraint::Inside);
+      paint_ball(constraints, geometry, box, mark.position_mm - step, mark.radius_mm, Constraint::Inside);
     if (mark.kind != MarkKind::Inside)
-      paint_ball(known, geometry, box, mark.position_mm + step, mark.radius_mm, Constraint::Outside);
+      paint_ball(constraints, geometry, box, mark.position_mm + step, mark.radius_mm, Constraint::Outside);
   }
 }
 

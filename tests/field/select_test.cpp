@@ -17,7 +17,7 @@ namespace {
 
 template <class Value>
 std::optional<float> quantile_on(int count, const Value& value, double share, int least_count = 1,
-                                 const RunJobs& run = run_in_turn()) {
+                                 const RunJobs& run = run_serially()) {
   const CpuFieldExecutor executor(run);
   const auto selected = select_quantile(executor, count, value, share, least_count);
   const auto found = received<Selected>(executor, executor.fetch(selected.data(), 1));

@@ -52,8 +52,8 @@ TEST(Smooth, IsAGaussianAlongEachAxis) {
       const std::vector<float> a = noise(grid, 1), b = noise(grid, 2);
       const std::vector<double> of_a = reference(a, grid, sigma), of_b = reference(b, grid, sigma);
       std::vector<float> by_box_image = a;
-      smooth(by_box_image, grid, sigma, run_in_turn());
-      for (const RunJobs& run : {run_in_turn(), run_in_reverse(), run_on_threads(8)}) {
+      smooth(by_box_image, grid, sigma, run_serially());
+      for (const RunJobs& run : {run_serially(), run_in_reverse(), run_on_threads(8)}) {
         const CpuFieldExecutor executor(run);
         SmoothedFields<CpuFieldExecutor, 2> fields(executor, grid);
         executor.upload<float>(a, fields.data(0));

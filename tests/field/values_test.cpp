@@ -29,7 +29,7 @@ std::vector<float> noise_of(std::size_t count, unsigned seed) {
 /// Random blobs.
 std::vector<std::uint8_t> blobs(const BoxGrid& grid, float threshold, unsigned seed) {
   std::vector<float> values = noise_of(grid.count(), seed);
-  smooth(values, grid, {2, 2, 2}, run_in_turn());
+  smooth(values, grid, {2, 2, 2}, run_serially());
   std::vector<std::uint8_t> set(values.size());
   for (std::size_t v = 0; v < set.size(); ++v) set[v] = values[v] > threshold;
   return set;
@@ -79,7 +79,7 @@ TEST(FieldValues, EqualThoseOfTheDistanceMap) {
     field_values(executor, object.data(), probability.data(), {box.size}, spacing, field_value_of(geometry),
                  squares.data(), buffer.data(), values.data());
     const std::vector<std::uint16_t> expected =
-        field_values(object, probability, box, geometry, field_value_of(geometry), run_in_turn());
+        field_values(object, probability, box, geometry, field_value_of(geometry), run_serially());
     for (std::size_t v = 0; v < values.size(); ++v) ASSERT_NEAR(values[v], expected[v], 1) << v;
     EXPECT_GT(std::ranges::count(values, 0), 100);
   }

@@ -33,7 +33,7 @@ std::vector<std::uint8_t> interpolated(const std::vector<std::uint8_t>& blocks, 
     CpuFieldExecutor(run).each_cell(kFine, InterpolateBlocks{kFine, kBlocks.coarse, kBlocks.width, blocks.data(),
                                                              means.data(), image.data(), 1 / difference, to.data()});
   };
-  run(run_in_turn(), voxels);
+  run(run_serially(), voxels);
   run(run_in_reverse(), in_reverse);
   EXPECT_EQ(voxels, in_reverse);
   return voxels;
@@ -42,7 +42,7 @@ std::vector<std::uint8_t> interpolated(const std::vector<std::uint8_t>& blocks, 
 TEST(VoxelBlocks, CoverTheBox) {
   EXPECT_EQ(kBlocks.coarse.size, (std::array{3, 3, 6}));
   std::vector<int> block_of(kFine.count(), -1), voxels(kBlocks.coarse.count());
-  kBlocks.visit(run_in_turn(), [&](int block, int voxel) {
+  kBlocks.visit(run_serially(), [&](int block, int voxel) {
     EXPECT_EQ(block_of[voxel], -1);
     block_of[voxel] = block;
     ++voxels[block];
@@ -53,7 +53,7 @@ TEST(VoxelBlocks, CoverTheBox) {
 }
 
 TEST(VoxelBlocks, MeanIsThatOfTheirVoxels) {
-  const std::vector<float> mean = kBlocks.mean(of_index(kFine, 1, 10, 100), run_in_turn());
+  const std::vector<float> mean = kBlocks.mean(of_index(kFine, 1, 10, 100), run_serially());
   EXPECT_FLOAT_EQ(mean[0], 1 + 5);
   EXPECT_FLOAT_EQ(mean[(2 * 3 + 1) * 3 + 1], 4 + 25 + 200);
   EXPECT_FLOAT_EQ(mean[2], 6 + 5);  // of a single column
@@ -74,9 +74,9 @@ TEST(VoxelBlocks, InterpolationIsLinearBetweenTheirMiddlesAndConstantBeyond) {
 
 /// Constraint and previous field of a block, from its voxels and from balls painted over it.
 TEST(VoxelBlocks, AreConstrainedByMostOfTheirVoxelsAndByBalls) {
-  std::vector<Constraint> known(kFine.count(), Constraint::None), of_blocks(kBlocks.coarse.count());
+  std::vector<Constraint> constraints(kFine.count(), Constraint::None), of_blocks(kBlocks.coarse.count());
   std::vector<std::uint8_t> before(kFine.count(), 100), mean(of_blocks.size());
-  const auto set = [&](int i, int j, int k, Constraint value) { known[(k * 5 + j) * 7 + i] = value; };
+  const auto set = [&](int i, int j, int k, Constraint value) { constraints[(k * 5 + j) * 7 + i] = value; };
   for (int i = 0; i < 3; ++i) set(i, 0, 1, Constraint::Outside);    // half of a block
   for (int i = 3; i < 5; ++i) set(i, 0, 1, Constraint::Outside);    // a third
   for (int i = 0; i < 3; ++i) set(i, 2, 1, Constraint::NotFinite);  // half
@@ -91,7 +91,7 @@ TEST(VoxelBlocks, AreConstrainedByMostOfTheirVoxelsAndByBalls) {
                                                        kBlocks.coarse,
                                                        kBlocks.width,
                                                        {&ball, 1},
-                                                       known.data(),
+                                                       constraints.data(),
                                                        before.data(),
                                                        of_blocks.data(),
                                                        mean.data()});
@@ -109,7 +109,7 @@ TEST(VoxelBlocks, AreConstrainedByMostOfTheirVoxelsAndByBalls) {
 TEST(VoxelBlocks, AVoxelGetsValuesOfBlocksOfSimilarIntensity) {
   std::vector<float> image(kFine.count());
   for (int v = 0; v < kFine.count(); ++v) image[v] = v % 7 < 4 ? 0 : 1;  // an edge within a block
-  const std::vector<float> mean = kBlocks.mean(image, run_in_turn());
+  const std::vector<float> mean = kBlocks.mean(image, run_serially());
   std::vector<std::uint8_t> blocks;
   for (int b = 0; b < kBlocks.coarse.count(); ++b) blocks.push_back(b % 3 == 0 ? 0 : b % 3 == 1 ? 170 : 255);
   const std::vector<std::uint8_t> blurred = interpolated(blocks, image, mean, 100),
@@ -134,7 +134,7 @@ TEST(VoxelBlocks, GeometryPutsEachInTheMiddleOfItsVoxels) {
 TEST(VoxelBlocks, OfOneVoxelAreTheVoxels) {
   const VoxelBlocks same(kFine, {1, 1, 1});
   const std::vector<float> values = of_index(kFine, 3, 2, 1);
-  EXPECT_EQ(same.mean(values, run_in_turn()), values);
+  EXPECT_EQ(same.mean(values, run_serially()), values);
 }
 
 }  // namespace

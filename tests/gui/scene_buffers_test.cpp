@@ -38,6 +38,7 @@ class FailingEngine : public Engine {
     inner_->set_parameters(meshes, simulation, finest);
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
+  void set_asleep(std::span<const char> meshes) override { inner_->set_asleep(meshes); }
   void set_field(int mesh, const EngineField& field) override { inner_->set_field(mesh, field); }
   void set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     inner_->set_fixed_targets(mesh, force, targets);

@@ -29,6 +29,7 @@ class Device : public Engine {
     inner().set_parameters(meshes, s, finest);
   }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
+  void set_asleep(std::span<const char> meshes) override { inner().set_asleep(meshes); }
   void set_field(int mesh, const EngineField& field) override { inner().set_field(mesh, field); }
   void set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     inner().set_fixed_targets(mesh, force, targets);

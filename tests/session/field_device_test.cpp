@@ -16,32 +16,32 @@ class Device final : public FieldSolver {
     int made = 0, updates = 0, fails_at = 1 << 30;
   };
   Device(std::unique_ptr<FieldSolver> field, State& state) : field_(std::move(field)), state_(state) {}
-  void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
-    field_->set_box(cell, box, reach_mm);
+  void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) override {
+    field_->set_box(cell, box, scale_mm);
     box_ = field_->box();
   }
-  void keep_before() override { field_->keep_before(); }
-  void forget_before() override { field_->forget_before(); }
-  bool has_before() const override { return field_->has_before(); }
-  std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
-    return field_->was_object(places_mm);
+  void store_previous() override { field_->store_previous(); }
+  void discard_previous() override { field_->discard_previous(); }
+  bool has_previous() const override { return field_->has_previous(); }
+  std::vector<std::uint8_t> previous_object(std::span<const Eigen::Vector3d> places_mm) const override {
+    return field_->previous_object(places_mm);
   }
-  std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
-    return field_->before(places_mm);
+  std::vector<PreviousSide> previous_sides(std::span<const Eigen::Vector3d> places_mm) const override {
+    return field_->previous_sides(places_mm);
   }
   void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
     if (++state_.updates >= state_.fails_at) throw DeviceError("CUDA: a test", "it was unplugged", "plug it in");
     field_->set_constraints(marks, others);
   }
-  double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
-               double radius_mm) override {
-    return field_->learn(marks, fresh, reach_mm, radius_mm);
+  double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
+                       double radius_mm) override {
+    return field_->compute_prior(marks, new_balls, scale_mm, radius_mm);
   }
   Solved solve(double tolerance, bool further) override { return field_->solve(tolerance, further); }
   RefinedSurface refine_surface(const BandTerms& terms) override { return field_->refine_surface(terms); }
   std::span<const float> probability() const override { return field_->probability(); }
   const FieldObject& object() const override { return field_->object(); }
-  std::span<const Constraint> known() const override { return field_->known(); }
+  std::span<const Constraint> constraints() const override { return field_->constraints(); }
   std::vector<std::uint16_t> values(const FieldValue& value) const override { return field_->values(value); }
   void record_features(bool record) override { field_->record_features(record); }
   const PriorFeatures& features() const override { return field_->features(); }

@@ -41,8 +41,8 @@ TEST(FieldErrorTime, ACurveHasTheAgreementAfterEachMark) {
   FieldVariant coarse{"cells at most 2000", "cells at most", {}};
   coarse.settings.max_cells = 2000;
   const FieldCurve fine_curve = measure_field(trial.volume, *trial.truth, marks(), {"default", "default", {}},
-                                              run_in_turn(), make_cpu_field_solver, wall_seconds),
-                   coarse_curve = measure_field(trial.volume, *trial.truth, marks(), coarse, run_in_turn(),
+                                              run_serially(), make_cpu_field_solver, wall_seconds),
+                   coarse_curve = measure_field(trial.volume, *trial.truth, marks(), coarse, run_serially(),
                                                 make_cpu_field_solver, processor_seconds);
   ASSERT_EQ(fine_curve.samples.size(), marks().size());
   EvidenceField field(trial.volume);
@@ -69,7 +69,7 @@ TEST(FieldErrorTime, ClocksCountSeconds) {
 
 TEST(FieldErrorTime, TheSolverConvergesToItsLastSolution) {
   const FieldTrial trial = noisy_ball();
-  const auto solver = measure_solver(trial.volume, marks(), run_in_turn(), make_cpu_field_solver);
+  const auto solver = measure_solver(trial.volume, marks(), run_serially(), make_cpu_field_solver);
   ASSERT_EQ(solver.size(), marks().size());
   for (const std::vector<SolverSample>& samples : solver) {
     ASSERT_GT(samples.size(), 5u);
@@ -84,7 +84,7 @@ TEST(FieldErrorTime, TheSolverConvergesToItsLastSolution) {
 TEST(FieldErrorTime, TheRobotPlacesASeedAndClicks) {
   const FieldTrial trial = noisy_ball();
   const std::vector<RobotClick> clicks =
-      robot_clicks(trial.volume, *trial.truth, 2, run_in_turn(), make_cpu_field_solver);
+      robot_clicks(trial.volume, *trial.truth, 2, run_serially(), make_cpu_field_solver);
   ASSERT_GE(clicks.size(), 2u);
   EXPECT_EQ(clicks.front().mark.kind, MarkKind::Inside);
   EXPECT_LT(clicks.front().mark.position_mm.norm(), 2);

@@ -150,7 +150,7 @@ TEST(FieldStabilityStudy, ReportsContainEachCaseAndCountMissedOnes) {
 TEST(SolverProbe, DoesNotChangeTheField) {
   FieldTrial trial = trial_with(usual_grid(), ball);
   SolverRecord record;
-  EvidenceField plain(trial.volume), measured(trial.volume, run_in_turn(), {}, probed(make_cpu_field_solver, record));
+  EvidenceField plain(trial.volume), measured(trial.volume, run_serially(), {}, probed(make_cpu_field_solver, record));
   const std::vector<Mark> marks{usual_seed(), outside_mark({0, 18, 0}, 2)};
   for (std::size_t count = 1; count <= marks.size(); ++count) {
     plain.update({marks.data(), count});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels between the voxels of a box and blocks of them (field/voxel_blocks.h).
+// Kernels between the voxels of a box and its blocks (field/voxel_blocks.h).
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,20 +10,20 @@
 
 namespace simplexseg {
 
-/// What is known of a block, and the mean of its voxels of the field before.
+/// Writes the constraint of a block and the mean of the previous field in it.
 struct ConstraintOfBlock {
   BoxGrid fine, coarse;
   std::array<int, 3> width;
   PaintedBalls marks;  ///< on the grid of the blocks
   const Constraint* voxels;
-  const std::uint8_t* before;  ///< or null: nothing is known
-  Constraint* known;
+  const std::uint8_t* previous;  ///< null without a previous field
+  Constraint* constraints;
   std::uint8_t* mean;
 
   SIMPLEXSEG_HD void operator()(const CellAt& p) const {
     const int b = p.v;
     const int first[3]{p.i * width[0], p.j * width[1], p.k * width[2]};
-    int end[3], all = 0, outside = 0, not_finite = 0, sum = 0, known_before = 0;
+    int end[3], all = 0, outside = 0, not_finite = 0, sum = 0, previous_count = 0;
     for (int a = 0; a < 3; ++a) end[a] = smaller(first[a] + width[a], fine.size[a]);
     Constraint side = Constraint::None;
     for (int k = first[2]; k < end[2]; ++k) {
@@ -33,15 +33,15 @@ struct ConstraintOfBlock {
           ++all;
           outside += voxels[v] == Constraint::Outside;
           not_finite += voxels[v] == Constraint::NotFinite;
-          side = side_with(side, voxels[v]);
-          if (!before) continue;
-          sum += before[v];
-          known_before += before[v] != 0;
+          side = side_constraint(side, voxels[v]);
+          if (!previous) continue;
+          sum += previous[v];
+          previous_count += previous[v] != 0;
         }
       }
     }
-    known[b] = marks.over(known_of_block(outside, not_finite, all, side), p);
-    mean[b] = mean_before(sum, known_before);
+    constraints[b] = marks.applied_to(constraint_of_block(outside, not_finite, all, side), p);
+    mean[b] = mean_of_previous(sum, previous_count);
   }
 };
 
@@ -50,47 +50,47 @@ struct InterpolateBlocks {
   BoxGrid fine, coarse;
   std::array<int, 3> width;
   const std::uint8_t* blocks;
-  const float *block_looks, *voxel_looks;
+  const float *block_image, *cell_image;
   float per_difference;
   std::uint8_t* voxels;
 
   SIMPLEXSEG_HD void operator()(const CellAt& p) const {
     const int v = p.v;
-    const BetweenBlocks x(p.i, coarse.size[0], width[0]), y(p.j, coarse.size[1], width[1]),
+    const BlockInterpolation x(p.i, coarse.size[0], width[0]), y(p.j, coarse.size[1], width[1]),
         z(p.k, coarse.size[2], width[2]);
     const int plane = coarse.plane(), row = coarse.row();
-    const int lines[4]{z.low * plane + y.low * row, z.low * plane + y.high * row, z.high * plane + y.low * row,
-                       z.high * plane + y.high * row};
-    int bottom = 255, top = 0;
-    for (const int line : lines) {
-      for (const int at : {line + x.low, line + x.high}) {
-        bottom = smaller(blocks[at], bottom);
-        top = larger(blocks[at], top);
+    const int rows[4]{z.low * plane + y.low * row, z.low * plane + y.high * row, z.high * plane + y.low * row,
+                      z.high * plane + y.high * row};
+    int lowest = 255, highest = 0;
+    for (const int first : rows) {
+      for (const int block : {first + x.low, first + x.high}) {
+        lowest = smaller(blocks[block], lowest);
+        highest = larger(blocks[block], highest);
       }
     }
-    if (top - bottom <= kAlikeBlocks) {
-      voxels[v] = static_cast<std::uint8_t>((bottom + top + 1) / 2);
+    if (highest - lowest <= kSimilarBlocks) {
+      voxels[v] = static_cast<std::uint8_t>((lowest + highest + 1) / 2);
       return;
     }
-    const float share[4]{(1 - z.share) * (1 - y.share), (1 - z.share) * y.share, z.share * (1 - y.share),
-                         z.share * y.share};
+    const float weights[4]{(1 - z.share) * (1 - y.share), (1 - z.share) * y.share, z.share * (1 - y.share),
+                           z.share * y.share};
     voxels[v] =
-        mixed_of_blocks(blocks, block_looks, lines, share, x.low, x.high, x.share, voxel_looks[v], per_difference);
+        bilateral_mean(blocks, block_image, rows, weights, x.low, x.high, x.share, cell_image[v], per_difference);
   }
 };
 
-/// Whether a voxel of the box's sides may be the object's.
+/// Writes whether a voxel of a side of the box may belong to the object (is_open()).
 struct OpenVoxel {
   BoxGrid fine, coarse;
   std::array<int, 3> width;
-  const Constraint* known;
+  const Constraint* constraints;
   const std::uint8_t* open_blocks;
   std::uint8_t* open;
 
   SIMPLEXSEG_HD void operator()(const CellAt& p) const {
     const int v = p.v;
     const int b = (p.k / width[2] * coarse.size[1] + p.j / width[1]) * coarse.size[0] + p.i / width[0];
-    open[v] = known[v] == Constraint::FarBorder && open_blocks[b] != 0;
+    open[v] = constraints[v] == Constraint::FarBorder && open_blocks[b] != 0;
   }
 };
 

@@ -7,21 +7,21 @@
 
 namespace simplexseg {
 
-/// Voxels that are connected, as a forest: each voxel of the set has a parent of a lower index, or is a root, its own
-/// parent; -1 for the others. Trees of what is connected are joined by lowering the parent of the higher root. Threads
-/// that do so at the same time may only overwrite a parent by another ancestor, or go on to join what they replaced.
-/// Source: Playne and Hawick 2018, A New Algorithm for Parallel Connected-Component Labelling on GPUs.
+/// Union-find forest of connected voxels: the parent of a voxel of the set has a lower index, or is the voxel itself (a
+/// root); it is -1 for other voxels. Trees are joined by an atomic minimum on the parent of the higher root; a thread
+/// whose minimum replaces another parent joins that one too. Source: Playne and Hawick 2018, A New Algorithm for
+/// Parallel Connected-Component Labelling on GPUs.
 struct VoxelForest {
   int* parent;
 
-  /// Of a voxel of the set. Shortens the way for others.
+  /// Root of a voxel of the set, with path compression (halving).
   SIMPLEXSEG_HD int root(int v) const {
-    int up = load_relaxed(parent + v);
-    while (up != v) {
-      const int next = load_relaxed(parent + up);
-      if (next != up) atomic_min(parent + v, next);
-      v = up;
-      up = next;
+    int ancestor = load_relaxed(parent + v);
+    while (ancestor != v) {
+      const int next = load_relaxed(parent + ancestor);
+      if (next != ancestor) atomic_min(parent + v, next);
+      v = ancestor;
+      ancestor = next;
     }
     return v;
   }
@@ -31,9 +31,9 @@ struct VoxelForest {
       b = root(b);
       if (a == b) return;
       const int low = smaller(a, b), high = a < b ? b : a;
-      const int was = atomic_min(parent + high, low);
-      if (was == high) return;
-      a = was;  // another thread joined it to something: that is connected to `low`, too
+      const int replaced = atomic_min(parent + high, low);
+      if (replaced == high) return;
+      a = replaced;  // by another thread: it is connected to `low` too
       b = low;
     }
   }
@@ -46,14 +46,14 @@ struct KeptVoxels {
   SIMPLEXSEG_HD bool operator()(int v) const { return parent[v] >= 0 && keep[parent[v]] != 0; }
 };
 
-/// Finds the cells with set(CellAt) that are connected, over faces of such cells, to one that has start(CellAt), too.
-/// `parent`, `keep`: memory for a value of each cell. Three launches.
+/// Cells with set(CellAt) in components (six neighbours) that contain a cell with start(CellAt). `parent`, `keep`:
+/// workspace of a value for each cell. Three launches.
 template <class Executor, class Set, class Start>
 KeptVoxels keep_connected(const Executor& executor, const BoxGrid& grid, const Set& set, const Start& start,
                           int* parent, std::uint8_t* keep) {
   const int row = grid.row(), plane = grid.plane();
   const VoxelForest forest{parent};
-  executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {  // a run of cells in a row: its first is the root
+  executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {  // the first cell of a run in a row is its root
     const int v = at.v;
     int* const to = parent;  // nvcc forbids the first use of a captured variable in if constexpr
     const BoxGrid& cells = grid;
@@ -71,12 +71,12 @@ KeptVoxels keep_connected(const Executor& executor, const BoxGrid& grid, const S
   });
   executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
     const int v = at.v;
-    const auto is = [=](int u) { return load_relaxed(parent + u) >= 0; };
-    if (!is(v)) return;
-    const bool begins = at.left == 0 || !is(v - 1);
-    // Where two runs are neighbours, once.
-    if (at.j > 0 && is(v - row) && (begins || !is(v - row - 1))) forest.join(v, v - row);
-    if (at.k > 0 && is(v - plane) && (begins || !is(v - plane - 1))) forest.join(v, v - plane);
+    const auto in_set = [=](int u) { return load_relaxed(parent + u) >= 0; };
+    if (!in_set(v)) return;
+    const bool begins = at.left == 0 || !in_set(v - 1);
+    // Joins neighbouring runs once, at their first common cell.
+    if (at.j > 0 && in_set(v - row) && (begins || !in_set(v - row - 1))) forest.join(v, v - row);
+    if (at.k > 0 && in_set(v - plane) && (begins || !in_set(v - plane - 1))) forest.join(v, v - plane);
   });
   executor.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
     const int v = at.v;

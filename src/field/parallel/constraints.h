@@ -10,51 +10,50 @@
 
 namespace simplexseg {
 
-/// The balls of all marks, in their order, in the executor's memory.
+/// Balls of all marks, in their order, in the memory of an executor.
 struct PaintedBalls {
   const PaintedBall* balls;
   int count;
 
-  /// What is known of a voxel of the box, `at` being what was known of it without marks: the last ball that holds it.
-  SIMPLEXSEG_HD Constraint over(Constraint at, const CellAt& p) const {
+  /// Constraint of a voxel by the last ball that contains it. `before`: its constraint without marks.
+  SIMPLEXSEG_HD Constraint applied_to(Constraint before, const CellAt& p) const {
     for (int b = count - 1; b >= 0; --b) {
       const PaintedBall& ball = balls[b];
       if (p.i < ball.low[0] || p.i > ball.high[0] || p.j < ball.low[1] || p.j > ball.high[1] || p.k < ball.low[2] ||
           p.k > ball.high[2])
         continue;
-      if (ball.holds(p.i, p.j, p.k)) return ball.over(at);
+      if (ball.contains(p.i, p.j, p.k)) return ball.applied_to(before);
     }
-    return at;
+    return before;
   }
 };
 
-struct KnownOfVoxel {
-  SideOfBox side;
+struct ConstraintOfVoxel {
+  BoxBoundary boundary;
   PaintedBalls marks;
   const std::uint8_t* finite;
-  Constraint* known;
+  Constraint* constraints;
 
   SIMPLEXSEG_HD void operator()(const CellAt& p) const {
-    const int v = p.v;
-    const Constraint at = finite && !finite[v] ? Constraint::NotFinite : side(p.i, p.j, p.k);
-    known[v] = marks.over(at, p);
+    const Constraint before = finite && !finite[p.v] ? Constraint::NotFinite : boundary(p.i, p.j, p.k);
+    constraints[p.v] = marks.applied_to(before, p);
   }
 };
 
-/// constraint_mask() (field/marked_voxels.h) on an executor, the same for every voxel. In the executor's memory, a
-/// value for each voxel of the box: `finite`, or null, and `known`, which is written.
+/// constraint_mask() (field/marked_voxels.h) on an executor, with equal results. In its memory, with a value for each
+/// voxel of the box: `finite`, null if all are finite, and `constraints`, which is written.
 template <class Executor>
-class ConstraintVoxels {
+class ConstraintMask {
  public:
-  explicit ConstraintVoxels(const Executor& executor) : executor_(executor) {}
+  explicit ConstraintMask(const Executor& executor) : executor_(executor) {}
 
   void find(const VolumeGeometry& geometry, const VoxelBox& box, const std::uint8_t* finite,
-            std::span<const Mark> marks, std::span<const Mark> others, Constraint* known) {
+            std::span<const Mark> marks, std::span<const Mark> others, Constraint* constraints) {
     const BoxGrid grid{box.size};
-    executor_.each_cell(
-        grid, KnownOfVoxel{SideOfBox(box, geometry.size), upload(geometry, box, marks, others), finite, known});
+    executor_.each_cell(grid, ConstraintOfVoxel{BoxBoundary(box, geometry.size), upload(geometry, box, marks, others),
+                                                finite, constraints});
   }
-  /// The balls of the marks, for kernels that paint them over other constraints.
+  /// Uploads the balls of the marks, for kernels that apply them to other constraints.
   PaintedBalls upload(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
                       std::span<const Mark> others = {}) {
     const std::vector<PaintedBall> balls = painted_balls(geometry, box, marks, others);

@@ -19,8 +19,7 @@
 
 namespace simplexseg {
 
-/// All threads of the CPU executor, for algorithms of many passes over its memory. A pass ends when all its calls have
-/// returned.
+/// All threads of the CPU executor, for algorithms of several passes. A pass returns after all its calls.
 class CpuGrid {
  public:
   static constexpr bool kByRows = true;
@@ -28,34 +27,34 @@ class CpuGrid {
   /// `progress` may be empty.
   CpuGrid(const RunJobs& run, const ReportProgress& progress) : run_(run), progress_(progress) {}
 
-  /// kernel(v) for all 0 <= v < n.
+  /// Calls kernel(v) for all 0 <= v < n.
   template <class Kernel>
   void each(int n, const Kernel& kernel) const {
     for_each_index(run_, n, kernel);
   }
-  /// kernel(j, k) for all rows of a grid.
+  /// Calls kernel(j, k) for all rows of a grid.
   template <class Kernel>
   void each_row(const BoxGrid& grid, const Kernel& kernel) const {
-    const int rows = grid.size[1] * grid.size[2], rows_a_job = rows_of_job(grid);
-    run_jobs((rows + rows_a_job - 1) / rows_a_job, [&](int job) {
-      for (int r = job * rows_a_job; r < std::min(rows, (job + 1) * rows_a_job); ++r)
+    const int rows = grid.size[1] * grid.size[2], rows_per_job = rows_of_job(grid);
+    run_jobs((rows + rows_per_job - 1) / rows_per_job, [&](int job) {
+      for (int r = job * rows_per_job; r < std::min(rows, (job + 1) * rows_per_job); ++r)
         kernel(r % grid.size[1], r / grid.size[1]);
     });
   }
-  /// Totals of kernel(v), OfTotals, over all 0 <= v < n.
+  /// Totals of kernel(v), Contribution, over all 0 <= v < n.
   template <class Kernel>
   Totals totals(int n, const Kernel& kernel) const {
-    return totals_of_jobs((n + indices_a_block - 1) / indices_a_block, [&](int job) {
-      return totals_of_range(job * indices_a_block, std::min(n, (job + 1) * indices_a_block), kernel);
+    return totals_of_jobs((n + kIndicesPerJob - 1) / kIndicesPerJob, [&](int job) {
+      return totals_of_range(job * kIndicesPerJob, std::min(n, (job + 1) * kIndicesPerJob), kernel);
     });
   }
   /// Sums of kernel(j, k), Totals, over all rows.
   template <class Kernel>
   Totals totals_of_rows(const BoxGrid& grid, const Kernel& kernel) const {
-    const int rows = grid.size[1] * grid.size[2], rows_a_job = rows_of_job(grid);
-    return totals_of_jobs((rows + rows_a_job - 1) / rows_a_job, [&](int job) {
+    const int rows = grid.size[1] * grid.size[2], rows_per_job = rows_of_job(grid);
+    return totals_of_jobs((rows + rows_per_job - 1) / rows_per_job, [&](int job) {
       Totals all;
-      for (int r = job * rows_a_job; r < std::min(rows, (job + 1) * rows_a_job); ++r)
+      for (int r = job * rows_per_job; r < std::min(rows, (job + 1) * rows_per_job); ++r)
         add(kernel(r % grid.size[1], r / grid.size[1]), all);
       return all;
     });
@@ -73,15 +72,15 @@ class CpuGrid {
       for (; v + kLanes <= stop; v += kLanes) {
 #pragma GCC ivdep
         for (int l = 0; l < kLanes; ++l) {
-          const OfTotals x = k(v + l);
+          const Contribution x = k(v + l);
           sum[l] += x.value;
-          largest[l] = larger(x.size, largest[l]);
+          largest[l] = larger(x.magnitude, largest[l]);
         }
       }
       for (; v < stop; ++v) {
-        const OfTotals x = k(v);
+        const Contribution x = k(v);
         sum[0] += x.value;
-        largest[0] = larger(x.size, largest[0]);
+        largest[0] = larger(x.magnitude, largest[0]);
       }
       for (int l = 0; l < kLanes; ++l) add({sum[l], largest[l]}, all);
     }
@@ -90,11 +89,11 @@ class CpuGrid {
   /// CpuFieldExecutor::histogram()
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
-    constexpr int indices_a_job = 16 * indices_a_block;
+    constexpr int kIndicesPerHistogramJob = 16 * kIndicesPerJob;
     std::mutex mutex;
-    run_jobs((n + indices_a_job - 1) / indices_a_job, [&](int job) {
+    run_jobs((n + kIndicesPerHistogramJob - 1) / kIndicesPerHistogramJob, [&](int job) {
       std::vector<int> own(kBins);
-      for (int v = job * indices_a_job; v < std::min(n, (job + 1) * indices_a_job); ++v) {
+      for (int v = job * kIndicesPerHistogramJob; v < std::min(n, (job + 1) * kIndicesPerHistogramJob); ++v) {
         const int bin = kernel(v);
         if (bin >= 0 && bin < kBins) ++own[bin];
       }
@@ -102,12 +101,12 @@ class CpuGrid {
       for (int b = 0; b < kBins; ++b) count[b] += own[b];
     });
   }
-  /// Runs kernel(team) by a part of the threads, while the others wait.
+  /// Runs kernel(block) by one block of the threads; the others wait.
   template <class Kernel>
-  void some(const Kernel& kernel) const {
+  void by_one_block(const Kernel& kernel) const {
     kernel(SerialBlock{});
   }
-  /// True for one of the threads.
+  /// Whether this is the first thread.
   bool is_first() const { return true; }
   /// Reports the progress of an iteration whose error decreases from `first` to `tolerance`.
   void report(float first, float error, double tolerance) const {
@@ -115,7 +114,7 @@ class CpuGrid {
   }
 
  private:
-  static int rows_of_job(const BoxGrid& grid) { return std::max(1, indices_a_block / std::max(1, grid.size[0])); }
+  static int rows_of_job(const BoxGrid& grid) { return std::max(1, kIndicesPerJob / std::max(1, grid.size[0])); }
   static void add(const Totals& x, Totals& all) {
     all.sum += x.sum;
     all.largest = larger(x.largest, all.largest);
@@ -146,10 +145,10 @@ class CpuFieldExecutor {
   /// Cells that each_lanes() processes together. GCC unrolls loops over 16 or fewer instead of vectorising them.
   static constexpr int kLanes = 32;
 
-  explicit CpuFieldExecutor(RunJobs run = run_in_turn()) : run_(std::move(run)) {}
+  explicit CpuFieldExecutor(RunJobs run = run_serially()) : run_(std::move(run)) {}
 
-  /// Values in the executor's memory, undefined at first; can be moved, not copied. `pad` values before data() and
-  /// after data() + size() are 0, for kernels that read neighbours of all cells.
+  /// Array in the memory of the executor, with undefined values at first; can be moved, not copied. `pad` values before
+  /// data() and after data() + size() are 0, for kernels that read neighbours of all cells.
   template <class T>
   class Array {
    public:
@@ -203,7 +202,7 @@ class CpuFieldExecutor {
   void download(const T* from, std::span<T> to) const {
     if (!to.empty()) std::memcpy(to.data(), from, to.size_bytes());
   }
-  /// Values on their way to the host.
+  /// Download in progress.
   template <class T>
   using Fetched = std::vector<T>;
   /// Begins a download after all earlier work; does not wait. Downloads that have begun must not exceed 128 KiB.
@@ -225,21 +224,22 @@ class CpuFieldExecutor {
     if (count != 0) std::memset(at, 0, count * sizeof(T));
   }
 
-  /// kernel(v) for all 0 <= v < n, in any order and in parallel.
+  /// Calls kernel(v) for all 0 <= v < n, in any order and in parallel.
   template <class Kernel>
   void each(int n, const Kernel& kernel) const {
     for_each_index(run_, n, kernel);
   }
-  /// kernel(CellAt) for all cells of a grid. With kCellsInOrder, a thread visits the cells of a row in ascending order.
+  /// Calls kernel(CellAt) for all cells of a grid. With kCellsInOrder, a thread visits the cells of a row in ascending
+  /// order.
   static constexpr bool kCellsInOrder = true;
   template <class Kernel>
   void each_cell(const BoxGrid& grid, const Kernel& kernel) const {
     simplexseg::each_cell(grid_of_all(), grid, kernel);
   }
-  /// kernel.run<kLanes>(v) for consecutive cells, several at once on the CPU, so that loops over lanes are vectorised.
+  /// Calls kernel.run<kLanes>(v) for groups of consecutive cells, so that loops over lanes are vectorised on the CPU.
   template <class Kernel>
   void each_lanes(int n, const Kernel& kernel) const {
-    constexpr int kGroups = indices_a_block / kLanes;
+    constexpr int kGroups = kIndicesPerJob / kLanes;
     const int groups = n / kLanes;
     run_((groups + kGroups - 1) / kGroups, [&](int job) {
       const Kernel own = kernel;
@@ -247,53 +247,53 @@ class CpuFieldExecutor {
     });
     for (int v = groups * kLanes; v < n; ++v) kernel.template run<1>(v);
   }
-  /// The same for cells of a row: kernel.run<kLanes>(CellAt). The last cells of a row may be visited twice.
+  /// Calls kernel.run<kLanes>(CellAt) for groups of cells of a row. The last cells of a row may be visited twice.
   template <class Kernel>
   void each_cell_lanes(const BoxGrid& grid, const Kernel& kernel) const {
     grid_of_all().each_row(grid, [&](int j, int k) {
       const Kernel own = kernel;
-      const auto by = [&]<int kCount>(std::integral_constant<int, kCount>) {
+      const auto run_by = [&]<int kCount>(std::integral_constant<int, kCount>) {
         for (int i = 0; i < grid.size[0]; i += kCount)
           own.template run<kCount>(cell_at(grid, std::min(i, grid.size[0] - kCount), j, k));
       };
-      constexpr int kFew = 8;
+      constexpr int kFewLanes = 8;
       if (grid.size[0] >= kLanes)
-        by(std::integral_constant<int, kLanes>{});
-      else if (grid.size[0] >= kFew)
-        by(std::integral_constant<int, kFew>{});
+        run_by(std::integral_constant<int, kLanes>{});
+      else if (grid.size[0] >= kFewLanes)
+        run_by(std::integral_constant<int, kFewLanes>{});
       else
-        by(std::integral_constant<int, 1>{});
+        run_by(std::integral_constant<int, 1>{});
     });
   }
-  /// kernel(team), by a team of all threads, which may report its progress on the thread of the caller.
+  /// Runs kernel(CpuGrid) by all threads; it may report its progress on the thread of the caller.
   template <class Kernel>
   void all(const Kernel& kernel, const ReportProgress& progress = {}) const {
     kernel(CpuGrid(run_, progress));
   }
-  /// kernel(team, t) for all 0 <= t < count, each by its own team, in any order and in parallel.
+  /// Calls kernel(block, b) for all 0 <= b < count, each by its own block, in any order and in parallel.
   template <class Kernel>
-  void teams(int count, const Kernel& kernel) const {
-    constexpr int teams_a_job = 4;
-    run_((count + teams_a_job - 1) / teams_a_job, [&](int job) {
+  void blocks(int count, const Kernel& kernel) const {
+    constexpr int kBlocksPerJob = 4;
+    run_((count + kBlocksPerJob - 1) / kBlocksPerJob, [&](int job) {
       std::array<float, Kernel::kScratch> scratch;
-      for (int t = job * teams_a_job; t < std::min(count, (job + 1) * teams_a_job); ++t)
-        kernel(SerialBlock{scratch.data()}, t);
+      for (int b = job * kBlocksPerJob; b < std::min(count, (job + 1) * kBlocksPerJob); ++b)
+        kernel(SerialBlock{scratch.data()}, b);
     });
   }
   /// Writes the sums of kernel(v), Summands<kCount>, over all 0 <= v < n, added in double in a fixed order.
   template <class Kernel>
   void sums_into(int n, const Kernel& kernel, double* to) const {
     using Sums = SumsOf<decltype(kernel(0))::kCount>;
-    std::vector<Sums> parts((n + indices_a_block - 1) / indices_a_block);
+    std::vector<Sums> parts((n + kIndicesPerJob - 1) / kIndicesPerJob);
     run_(static_cast<int>(parts.size()), [&](int job) {
       Sums sums{};
-      for (int v = job * indices_a_block; v < std::min(n, (job + 1) * indices_a_block); ++v) add(kernel(v), sums);
+      for (int v = job * kIndicesPerJob; v < std::min(n, (job + 1) * kIndicesPerJob); ++v) add(kernel(v), sums);
       parts[job] = sums;
     });
     Sums all{};
     for (const Sums& part : parts)
-      for (std::size_t s = 0; s < std::size(all.is); ++s) all.is[s] += part.is[s];
-    std::copy(std::begin(all.is), std::end(all.is), to);
+      for (std::size_t s = 0; s < std::size(all.values); ++s) all.values[s] += part.values[s];
+    std::copy(std::begin(all.values), std::end(all.values), to);
   }
   /// Adds to count[b] the number of v, 0 <= v < n, for which kernel(v) is b; values outside 0 .. kBins - 1 are omitted.
   template <class Kernel>

@@ -27,11 +27,11 @@
 
 namespace simplexseg {
 
-/// A cell of a grid.
+/// Position of a cell in a grid.
 struct CellAt {
   int i, j, k;
   int v;            ///< index in an array of all cells
-  int left, right;  ///< from v to the neighbours along i; 0 where there is none
+  int left, right;  ///< distance in the array to the neighbours along i; 0 without a neighbour
   int half, odd;    ///< i = 2 half + odd
 };
 SIMPLEXSEG_HD CellAt cell_at(const BoxGrid& grid, int i, int j, int k) {
@@ -42,7 +42,7 @@ SIMPLEXSEG_HD CellAt cell_at(const BoxGrid& grid, int v) {
   return cell_at(grid, v % grid.size[0], v / grid.size[0] % grid.size[1], v / grid.plane());
 }
 
-/// kernel(v) as a kernel over CellAt.
+/// Kernel over indices v that calls kernel(CellAt).
 template <class Kernel>
 struct KernelOfCells {
   BoxGrid grid;
@@ -50,7 +50,7 @@ struct KernelOfCells {
   SIMPLEXSEG_HD void operator()(int v) const { kernel(cell_at(grid, v)); }
 };
 
-/// kernel(t) for the t-th cell of a colour: i + j + k even (0) or odd (1).
+/// Kernel over indices t that calls kernel(CellAt) for the t-th cell of a colour: i + j + k even (0) or odd (1).
 template <class Kernel>
 struct KernelOfColour {
   BoxGrid grid;
@@ -62,19 +62,19 @@ struct KernelOfColour {
     if (i < grid.size[0]) kernel(cell_at(grid, i, j, k));
   }
 };
-SIMPLEXSEG_HD int half_count(const BoxGrid& grid) { return (grid.size[0] + 1) / 2 * grid.size[1] * grid.size[2]; }
+/// Number of pairs of cells along i; each has at most one cell of a colour.
+SIMPLEXSEG_HD int pair_count(const BoxGrid& grid) { return (grid.size[0] + 1) / 2 * grid.size[1] * grid.size[2]; }
 
-/// Team of one CPU thread. A kernel for a team is run by a block of threads on a device: it distributes its loops
-/// (v = team.thread; v < n; v += team.threads) and waits for the results of the other threads by team.sync(), or by
-/// team.any(x), which returns whether x is true for any of them. A kernel of several teams that declares kScratch gets
-/// that many floats of memory for each team.
+/// Block of one CPU thread. A kernel for a block distributes its loops (v = block.thread; v < n; v += block.threads)
+/// and synchronises the threads by block.sync(), or by block.any(x), which returns whether x is true for any of them. A
+/// kernel for several blocks declares kScratch, the number of floats of memory of each block.
 struct SerialBlock {
   static constexpr bool kByRows = true;  ///< cells are visited row by row, in ascending order
   static constexpr int thread = 0, threads = 1;
   float* scratch = nullptr;
   void sync() const {}
   bool any(bool x) const { return x; }
-  /// Runs kernel(team) by a part of the team, for small loops; the other threads wait.
+  /// Runs kernel(warp) by one warp of the block, for small loops; the other threads wait.
   template <class Kernel>
   void warp(const Kernel& kernel) const {
     kernel(*this);
@@ -89,33 +89,34 @@ struct SerialBlock {
 /// Number of bins of histogram().
 inline constexpr int kBins = 2048;
 
-/// Sum of the values of a pass, in double and in a fixed order, and the largest size.
+/// Sum of the values of all elements, in double and in a fixed order, and the largest magnitude.
 struct Totals {
   double sum = 0;
   float largest = 0;
 };
-/// Contribution of one element; `size` >= 0.
-struct OfTotals {
-  float value, size;
+/// Contribution of an element to Totals; `magnitude` >= 0.
+struct Contribution {
+  float value, magnitude;
 };
 
-/// Values that are summed one by one; at most kMostSums.
+/// Largest number of sums of a pass.
 inline constexpr int kMostSums = 4;
+/// Values of an element that are summed separately, and their sums.
 template <int kNumbers>
 struct Summands {
   static constexpr int kCount = kNumbers;
-  float is[kCount];
+  float values[kCount];
 };
 template <int kCount>
 struct SumsOf {
-  double is[kCount];
+  double values[kCount];
 };
 template <int kCount>
 SIMPLEXSEG_HD void add(const Summands<kCount>& x, SumsOf<kCount>& sums) {
-  for (int s = 0; s < kCount; ++s) sums.is[s] += x.is[s];
+  for (int s = 0; s < kCount; ++s) sums.values[s] += x.values[s];
 }
 
-/// Calls kernel(CellAt) for the cells of a row that have a colour (KernelOfColour).
+/// Calls kernel(CellAt) for the cells of a colour in a row (KernelOfColour).
 template <class Kernel>
 void each_coloured_of_row(const BoxGrid& grid, int j, int k, int colour, const Kernel& kernel) {
   const Kernel own = kernel;
@@ -131,21 +132,21 @@ void each_coloured_of_row(const BoxGrid& grid, int j, int k, int colour, const K
 #pragma GCC ivdep
   for (int half = begin; half < end; ++half) own(CellAt{2 * half + odd, j, k, row + 2 * half + odd, 1, 1, half, odd});
 }
-/// Calls kernel(CellAt) for all cells of a colour, by all threads of a team.
-template <class Team, class Kernel>
-SIMPLEXSEG_HD void each_coloured(const Team& team, const BoxGrid& grid, int colour, const Kernel& kernel) {
-  if constexpr (Team::kByRows) {
-    team.each_row(grid, [&](int j, int k) { each_coloured_of_row(grid, j, k, colour, kernel); });
+/// Calls kernel(CellAt) for all cells of a colour, by all threads of a group (a block or all threads).
+template <class Group, class Kernel>
+SIMPLEXSEG_HD void each_coloured(const Group& group, const BoxGrid& grid, int colour, const Kernel& kernel) {
+  if constexpr (Group::kByRows) {
+    group.each_row(grid, [&](int j, int k) { each_coloured_of_row(grid, j, k, colour, kernel); });
   } else {
-    team.each(half_count(grid), KernelOfColour<Kernel>{grid, colour, kernel});
+    group.each(pair_count(grid), KernelOfColour<Kernel>{grid, colour, kernel});
   }
 }
 
-/// Calls kernel(CellAt) for all cells of a grid, by all threads of a team.
-template <class Team, class Kernel>
-SIMPLEXSEG_HD void each_cell(const Team& team, const BoxGrid& grid, const Kernel& kernel) {
-  if constexpr (Team::kByRows) {
-    team.each_row(grid, [&](int j, int k) {
+/// Calls kernel(CellAt) for all cells of a grid, by all threads of a group.
+template <class Group, class Kernel>
+SIMPLEXSEG_HD void each_cell(const Group& group, const BoxGrid& grid, const Kernel& kernel) {
+  if constexpr (Group::kByRows) {
+    group.each_row(grid, [&](int j, int k) {
       const Kernel own = kernel;
       const int n = grid.size[0], row = (k * grid.size[1] + j) * n;
       own(cell_at(grid, 0, j, k));
@@ -153,11 +154,11 @@ SIMPLEXSEG_HD void each_cell(const Team& team, const BoxGrid& grid, const Kernel
       if (n > 1) own(cell_at(grid, n - 1, j, k));
     });
   } else {
-    team.each(grid.count(), KernelOfCells<Kernel>{grid, kernel});
+    group.each(grid.count(), KernelOfCells<Kernel>{grid, kernel});
   }
 }
 
-/// A list in the executor's memory that is replaced now and then, and grows.
+/// List in the memory of an executor whose values are replaced; memory is allocated when it must grow.
 template <class Executor, class T>
 class UploadedList {
  public:
@@ -172,7 +173,7 @@ class UploadedList {
   typename Executor::template Array<T> array_;
 };
 
-/// Waits for a fetched value.
+/// Waits for a download of one value and returns it.
 template <class T, class Executor>
 T received(const Executor& executor, const typename Executor::template Fetched<T>& fetched) {
   T value{};

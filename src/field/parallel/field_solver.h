@@ -10,12 +10,12 @@
 #include "field/conductances.h"
 #include "field/field_solver.h"
 #include "field/field_voxel.h"
-#include "field/parallel/before.h"
 #include "field/parallel/constraints.h"
 #include "field/parallel/executor.h"
 #include "field/parallel/field_values.h"
 #include "field/parallel/inner_difference.h"
 #include "field/parallel/object.h"
+#include "field/parallel/previous_field.h"
 #include "field/parallel/prior.h"
 #include "field/parallel/smooth.h"
 #include "field/parallel/surface.h"
@@ -23,51 +23,51 @@
 
 namespace simplexseg {
 
-/// What is held, and its value; `open`: not 0 where it is not held all the same.
-struct HoldKnown {
-  const Constraint* known;
-  std::uint8_t* open;  ///< becomes: held
+/// Fixed (Dirichlet) cells and their values.
+struct FixConstrained {
+  const Constraint* constraints;
+  std::uint8_t* fixed;  ///< not 0 for open cells (OpenVoxel); receives 1 for fixed cells, else 0
   float* field;
   SIMPLEXSEG_HD void operator()(int v) const {
-    const bool held = is_dirichlet(known[v]) && open[v] == 0;
-    open[v] = held ? 1 : 0;
-    if (held) field[v] = known[v] == Constraint::Inside ? 1.0f : 0.0f;
+    const bool is_fixed = is_dirichlet(constraints[v]) && fixed[v] == 0;
+    fixed[v] = is_fixed ? 1 : 0;
+    if (is_fixed) field[v] = constraints[v] == Constraint::Inside ? 1.0f : 0.0f;
   }
 };
 
-/// The solution as the field, before it is smoothed.
-struct TakeSolution {
-  FromInner solution;
-  const Constraint* known;
+/// Field from the solution, before it is smoothed.
+struct FieldOfSolution {
+  InwardValue solution;
+  const Constraint* constraints;
   float* field;
   SIMPLEXSEG_HD void operator()(int v) const {
-    field[v] = known[v] == Constraint::VolumeEdge ? solution(v) : solution.field[v];
+    field[v] = constraints[v] == Constraint::VolumeEdge ? solution(v) : solution.field[v];
   }
 };
-/// Smoothing must not take back what was said.
-struct KeepSaid {
-  const Constraint* known;
+/// Field from the smoothed one: restores the values of marked cells.
+struct ImposeMarks {
+  const Constraint* constraints;
   const float* smoothed;
   float* field;
   SIMPLEXSEG_HD void operator()(int v) const {
-    const bool in = known[v] == Constraint::Inside, out = is_excluded(known[v]);
+    const bool in = constraints[v] == Constraint::Inside, out = is_excluded(constraints[v]);
     field[v] = in ? 1.0f : out ? 0.0f : smoothed[v];
   }
 };
-struct KeepSolution {
+struct StoreSolution {
   const float* field;
-  std::uint16_t* kept;
-  SIMPLEXSEG_HD void operator()(int v) const { kept[v] = as_kept(field[v]); }
+  std::uint16_t* stored;
+  SIMPLEXSEG_HD void operator()(int v) const { stored[v] = to_16_bits(field[v]); }
 };
-struct TakeKept {
-  const std::uint16_t* kept;
+struct LoadSolution {
+  const std::uint16_t* stored;
   float* field;
-  SIMPLEXSEG_HD void operator()(int v) const { field[v] = of_kept(kept[v]); }
+  SIMPLEXSEG_HD void operator()(int v) const { field[v] = from_16_bits(stored[v]); }
 };
-struct KeepBefore {
+struct StorePrevious {
   const float* field;
-  std::uint8_t* before;
-  SIMPLEXSEG_HD void operator()(int v) const { before[v] = as_before(field[v]); }
+  std::uint8_t* previous;
+  SIMPLEXSEG_HD void operator()(int v) const { previous[v] = to_8_bits(field[v]); }
 };
 
 template <class T>
@@ -78,8 +78,8 @@ struct ResampleCells {
   SIMPLEXSEG_HD void operator()(int v) const { to[v] = resampling(v, from); }
 };
 
-/// Solver of a field on an executor: the cells stay in its memory from one update to the next, and results are copied
-/// when they are requested. Memory that only an update needs is allocated by each of them.
+/// Solver of a field on an executor: arrays stay in its memory between updates, and results are copied when they are
+/// requested. Each update allocates its workspace and releases it.
 template <class Executor>
 class ParallelFieldSolver final : public FieldSolver {
  public:
@@ -88,18 +88,18 @@ class ParallelFieldSolver final : public FieldSolver {
         run_(run),
         settings_(settings),
         executor_(run),
-        known_voxels_(executor_),
+        constraint_mask_(executor_),
         prior_(executor_, settings_, run_) {}
 
-  void set_box(const CellSize& cell, const VoxelBox& box, double reach_mm) override {
+  void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) override {
     const bool same_box = box == box_ && cell == cell_;
-    if (same_box && reach_of_box_mm_ == reach_mm) return;
-    BoxImage image = cut_out(volume_, cell, box, run_);
+    if (same_box && scale_of_box_mm_ == scale_mm) return;
+    BoxImage image = extract_box(volume_, cell, box, run_);
     const VolumeGeometry cells = cell_geometry(volume_.geometry(), cell);
-    prior_.set_box(image, cells, box.first, reach_mm);
-    reach_of_box_mm_ = reach_mm;
+    prior_.set_box(image, cells, box.first, scale_mm);
+    scale_of_box_mm_ = scale_mm;
     if (same_box) return;
-    put_work_away();
+    release_workspace();
     object_finder_.reset();
     const std::size_t n = box.voxel_count();
     const CellResampling resampling(cell_, box_, cell, box);
@@ -112,77 +112,78 @@ class ParallelFieldSolver final : public FieldSolver {
     smooth_by_least_spacing(image.value, image.grid, spacing_mm_, settings_.image_smoothing, run_);
     smoothed_ = executor_.copy_of(std::span<const float>(image.value));
     resample(resampling, solution_);
-    if (has_before_) resample(resampling, before_);
-    known_ = executor_.template array<Constraint>(n);
+    if (has_previous_) resample(resampling, previous_);
+    constraints_ = executor_.template array<Constraint>(n);
     probability_ = executor_.template array<float>(n);
     object_voxels_ = executor_.template array<std::uint8_t>(n);
     forget_copies();
   }
 
-  void keep_before() override {
+  void store_previous() override {
     if (probability_.size() == 0) return;
-    before_ = executor_.template array<std::uint8_t>(probability_.size());
-    executor_.each(count(), KeepBefore{probability_.data(), before_.data()});
-    has_before_ = true;
+    previous_ = executor_.template array<std::uint8_t>(probability_.size());
+    executor_.each(count(), StorePrevious{probability_.data(), previous_.data()});
+    has_previous_ = true;
   }
-  void forget_before() override {
-    has_before_ = false;
-    before_ = {};
+  void discard_previous() override {
+    has_previous_ = false;
+    previous_ = {};
   }
-  bool has_before() const override { return has_before_; }
-  std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
-    return simplexseg::was_object(executor_, cells_, box_, before_.data(), places_mm);
+  bool has_previous() const override { return has_previous_; }
+  std::vector<std::uint8_t> previous_object(std::span<const Eigen::Vector3d> places_mm) const override {
+    return simplexseg::previous_object(executor_, cells_, box_, previous_.data(), places_mm);
   }
-  std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
-    return before_at(executor_, cells_, box_, before_.data(), places_mm);
+  std::vector<PreviousSide> previous_sides(std::span<const Eigen::Vector3d> places_mm) const override {
+    return simplexseg::previous_sides(executor_, cells_, box_, previous_.data(), places_mm);
   }
 
   void set_constraints(std::span<const Mark> marks, std::span<const Mark> others) override {
-    known_voxels_.find(cells_, box_, finite_.data(), marks, others, known_.data());
-    host_known_.clear();
+    constraint_mask_.find(cells_, box_, finite_.data(), marks, others, constraints_.data());
+    host_constraints_.clear();
   }
 
-  double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
-               double radius_mm) override {
-    take_work_out();
+  double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
+                       double radius_mm) override {
+    allocate_workspace();
     const auto difference =
-        fetch_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_, smoothed_.data(), known_.data(),
+        fetch_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_, smoothed_.data(), constraints_.data(),
                                box_around_inside(painted_balls(cells_, box_, marks)));
-    const std::uint8_t* const before = has_before_ ? before_.data() : nullptr;
-    prior_.learn({marks, known_.data(), before, fresh, reach_mm, radius_mm}, &progress());
+    const std::uint8_t* const previous = has_previous_ ? previous_.data() : nullptr;
+    prior_.compute({marks, constraints_.data(), previous, new_balls, scale_mm, radius_mm}, &progress());
     beta_ = sharpness_of(received_inner_difference(executor_, difference), settings_);
-    prior_.interpolate(smoothed_.data(), edge_of(beta_), target_.data());
+    prior_.interpolate(smoothed_.data(), edge_difference(beta_), target_.data());
     return beta_;
   }
 
-  Solved solve(double tolerance, bool further) override {
+  Solved solve(double tolerance, bool resume) override {
     const ReportProgress report_progress = [this](float part) { progress().advance(FieldPhase::Walker, part); };
-    if (further) {
+    if (resume) {
       walker_->resume(tolerance, settings_.most_iterations, report_progress);
     } else {
-      set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), finite_.data(), beta_, settings_.prior_pull);
-      executor_.clear(held_.data(), held_.size());
-      prior_.mark_open(known_.data(), held_.data());
-      executor_.each(count(), HoldKnown{known_.data(), held_.data(), walker_->field()});
-      walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations, report_progress);
+      set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), finite_.data(), beta_, settings_.prior_weight);
+      executor_.clear(fixed_.data(), fixed_.size());
+      prior_.mark_open(constraints_.data(), fixed_.data());
+      executor_.each(count(), FixConstrained{constraints_.data(), fixed_.data(), walker_->field()});
+      walker_->solve(target_.data(), fixed_.data(), tolerance, settings_.most_iterations, report_progress);
     }
     const auto report = walker_->fetch_report();
-    executor_.each(count(), TakeSolution{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()},
-                                         known_.data(),
-                                         smoothing_->data(0)});
+    executor_.each(count(), FieldOfSolution{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()},
+                                            constraints_.data(),
+                                            smoothing_->data(0)});
     smoothing_->smooth_by_least_spacing(spacing_mm_, settings_.field_smoothing);
-    executor_.each(count(), KeepSaid{known_.data(), smoothing_->data(0), probability_.data()});
+    executor_.each(count(), ImposeMarks{constraints_.data(), smoothing_->data(0), probability_.data()});
     Solved found = find_object();
     const typename ParallelWalker<Executor>::Report solved = walker_->report(report);
     found.iterations = solved.iterations, found.error = solved.error;
     return found;
   }
 
-  RefinedSurface refine_surface(const BandTerms& said) override {
+  RefinedSurface refine_surface(const BandTerms& terms) override {
     const auto expected = begin_expected_dice(executor_, count(), probability_.data(), object_voxels_.data());
-    put_work_away();
-    refine_in_narrow_band(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(),
-                          has_before_ ? before_.data() : nullptr, box_, spacing_mm_, said, settings_);
+    release_workspace();
+    refine_in_narrow_band(executor_, probability_.data(), object_voxels_.data(), bounds_, constraints_.data(),
+                          image_.data(), has_previous_ ? previous_.data() : nullptr, box_, spacing_mm_, terms,
+                          settings_);
     const Solved found = find_object();
     object_finder_.reset();
     return {found, end_expected_dice(executor_, expected)};
@@ -196,24 +197,24 @@ class ParallelFieldSolver final : public FieldSolver {
   const FieldObject& object() const override {
     if (host_object_.voxels.empty()) {
       copy_to_host(object_voxels_, host_object_.voxels);
-      host_object_.around = around_;
+      host_object_.bounds = bounds_;
       host_object_.count = object_count_;
       host_object_.border_share = border_share_;
     }
     return host_object_;
   }
-  std::span<const Constraint> known() const override {
-    if constexpr (Executor::kHostMemory) return {known_.data(), known_.size()};
-    if (host_known_.empty()) copy_to_host(known_, host_known_);
-    return host_known_;
+  std::span<const Constraint> constraints() const override {
+    if constexpr (Executor::kHostMemory) return {constraints_.data(), constraints_.size()};
+    if (host_constraints_.empty()) copy_to_host(constraints_, host_constraints_);
+    return host_constraints_;
   }
   std::vector<std::uint16_t> values(const FieldValue& value) const override {
     if (!are_orthogonal(cells_.world_from_index().linear()))
       return field_values(object().voxels, probability(), box_, cells_, value, run_);
-    const auto squares = executor_.template array<float>(count()), spare = executor_.template array<float>(count());
+    const auto squares = executor_.template array<float>(count()), scratch = executor_.template array<float>(count());
     const auto values = executor_.template array<std::uint16_t>(count());
     field_values(executor_, object_voxels_.data(), probability_.data(), BoxGrid{box_.size}, spacing_mm_, value,
-                 squares.data(), spare.data(), values.data());
+                 squares.data(), scratch.data(), values.data());
     std::vector<std::uint16_t> on_host(count());
     executor_.download(values.data(), std::span<std::uint16_t>(on_host));
     return on_host;
@@ -221,10 +222,11 @@ class ParallelFieldSolver final : public FieldSolver {
   void record_features(bool record) override { prior_.record_features(record); }
   const PriorFeatures& features() const override { return prior_.features(); }
   std::size_t bytes() const override {
-    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() + solution_.bytes() +
-           target_.bytes() + held_.bytes() + probability_.bytes() + object_voxels_.bytes() + prior_.bytes() +
-           (walker_ ? walker_->bytes() + smoothing_->bytes() : 0) + (object_finder_ ? object_finder_->bytes() : 0) +
-           host_probability_.size() * sizeof(float) + host_object_.voxels.size() + host_known_.size();
+    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + previous_.bytes() + constraints_.bytes() +
+           solution_.bytes() + target_.bytes() + fixed_.bytes() + probability_.bytes() + object_voxels_.bytes() +
+           prior_.bytes() + (walker_ ? walker_->bytes() + smoothing_->bytes() : 0) +
+           (object_finder_ ? object_finder_->bytes() : 0) + host_probability_.size() * sizeof(float) +
+           host_object_.voxels.size() + host_constraints_.size();
   }
 
  private:
@@ -232,25 +234,25 @@ class ParallelFieldSolver final : public FieldSolver {
   using Array = typename Executor::template Array<T>;
 
   int count() const { return static_cast<int>(probability_.size()); }
-  void take_work_out() {
+  void allocate_workspace() {
     if (walker_) return;
     const BoxGrid grid{box_.size};
     target_ = executor_.template array<std::uint8_t>(count());
-    held_ = executor_.template array<std::uint8_t>(count());
+    fixed_ = executor_.template array<std::uint8_t>(count());
     smoothing_ = std::make_unique<SmoothedFields<Executor, 1>>(executor_, grid);
     walker_ = std::make_unique<ParallelWalker<Executor>>(grid, spacing_mm_, executor_);
-    if (solution_.size() != 0) executor_.each(count(), TakeKept{solution_.data(), walker_->field()});
+    if (solution_.size() != 0) executor_.each(count(), LoadSolution{solution_.data(), walker_->field()});
   }
-  /// The solution is where the next update starts.
-  void put_work_away() {
+  /// Releases the workspace and stores the solution, from which the next update starts.
+  void release_workspace() {
     if (!walker_) return;
     solution_ = executor_.template array<std::uint16_t>(count());
-    executor_.each(count(), KeepSolution{walker_->field(), solution_.data()});
+    executor_.each(count(), StoreSolution{walker_->field(), solution_.data()});
     walker_.reset();
     smoothing_.reset();
     target_ = {};
-    held_ = {};
-    prior_.put_work_away();
+    fixed_ = {};
+    prior_.release_workspace();
   }
   template <class T>
   void resample(const CellResampling& resampling, Array<T>& values) const {
@@ -267,15 +269,15 @@ class ParallelFieldSolver final : public FieldSolver {
   void forget_copies() {
     host_probability_.clear();
     host_object_.voxels.clear();
-    host_known_.clear();
+    host_constraints_.clear();
   }
   Solved find_object() {
     if (!object_finder_) object_finder_ = std::make_unique<ParallelObject<Executor>>(executor_, box_);
-    const auto found = object_finder_->find(probability_.data(), known_.data(), object_voxels_.data());
-    around_ = found.around, object_count_ = found.count, border_share_ = found.border_share;
+    const auto found = object_finder_->find(probability_.data(), constraints_.data(), object_voxels_.data());
+    bounds_ = found.bounds, object_count_ = found.count, border_share_ = found.border_share;
     host_probability_.clear();
     host_object_.voxels.clear();
-    return {0, 0, around_, object_count_, border_share_};
+    return {0, 0, bounds_, object_count_, border_share_};
   }
 
   const Volume& volume_;
@@ -283,28 +285,28 @@ class ParallelFieldSolver final : public FieldSolver {
   EvidenceSettings settings_;
   Executor executor_;                   // its arrays must not outlive it
   std::array<double, 3> spacing_mm_{};  ///< of the cells
-  double reach_of_box_mm_ = 0;          // with which the prior's blocks were made
+  double scale_of_box_mm_ = 0;          // object scale for which the blocks of the prior were computed
   double beta_ = 0;
-  Array<std::uint8_t> finite_;  // none where all are
-  Array<std::uint8_t> before_;
+  Array<std::uint8_t> finite_;  // empty if all cells are finite
+  Array<std::uint8_t> previous_;
   Array<float> image_, smoothed_, probability_;
-  Array<Constraint> known_;
+  Array<Constraint> constraints_;
   Array<std::uint8_t> object_voxels_;
-  Array<std::uint16_t> solution_;  // of the walker
-  bool has_before_ = false;
-  ConstraintVoxels<Executor> known_voxels_;
+  Array<std::uint16_t> solution_;  // of the random walker, between updates
+  bool has_previous_ = false;
+  ConstraintMask<Executor> constraint_mask_;
   ParallelPrior<Executor> prior_;
-  // While an update runs.
-  Array<std::uint8_t> target_, held_;
+  // Workspace of an update.
+  Array<std::uint8_t> target_, fixed_;
   std::unique_ptr<ParallelWalker<Executor>> walker_;
   std::unique_ptr<SmoothedFields<Executor, 1>> smoothing_;
   std::unique_ptr<ParallelObject<Executor>> object_finder_;
-  VoxelBox around_{};
+  VoxelBox bounds_{};
   std::size_t object_count_ = 0;
   double border_share_ = 0;
   mutable std::vector<float> host_probability_;
   mutable FieldObject host_object_;
-  mutable std::vector<Constraint> host_known_;
+  mutable std::vector<Constraint> host_constraints_;
 };
 
 }  // namespace simplexseg

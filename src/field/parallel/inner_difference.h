@@ -10,12 +10,12 @@
 
 namespace simplexseg {
 
-/// Differences of neighbours within the inside marks: three to a cell, one along each axis; -1 where there is none.
+/// Differences of neighbours within the inside marks: three items for each cell, one per axis; -1 for no such pair.
 struct InnerDifference {
   const float* image;
-  const Constraint* known;
+  const Constraint* constraints;
   int size[3], stride[3];  ///< of the box
-  bool used[3];            ///< the axis
+  bool used[3];            ///< whether the axis is used
   int first[3];            ///< of the part of the box that contains the marks
   BoxGrid part;
 
@@ -24,22 +24,23 @@ struct InnerDifference {
     const CellAt at = cell_at(part, item / 3);
     const int place[3]{at.i + first[0], at.j + first[1], at.k + first[2]};
     const int v = place[0] + place[1] * stride[1] + place[2] * stride[2], u = v + stride[a];
-    if (!used[a] || place[a] + 1 >= size[a] || known[v] != Constraint::Inside || known[u] != Constraint::Inside)
+    if (!used[a] || place[a] + 1 >= size[a] || constraints[v] != Constraint::Inside ||
+        constraints[u] != Constraint::Inside)
       return -1;
     return std::fabs(image[u] - image[v]);
   }
 };
 
-/// 75th percentile of |difference| between neighbours that are both marked as inside, along the axes whose spacing is
-/// less than twice the least: smaller differences are no edges of this object. 0 with fewer than 20 pairs. Fetched, to
-/// be received when it is needed. `part`: box that contains all inside marks.
+/// Begins the download of the inner difference: 75th percentile of |intensity difference| between neighbours that are
+/// both in inside marks, along axes with a spacing below twice the smallest. 0 with fewer than 20 pairs. `part`: box
+/// that contains all inside marks.
 template <class Executor>
 typename Executor::template Fetched<Selected> fetch_inner_difference(const Executor& executor, const BoxGrid& grid,
                                                                      const std::array<double, 3>& spacing_mm,
-                                                                     const float* image, const Constraint* known,
+                                                                     const float* image, const Constraint* constraints,
                                                                      const VoxelBox& part) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
-  InnerDifference difference{image, known, {}, {}, {}, {}, BoxGrid{part.size}};
+  InnerDifference difference{image, constraints, {}, {}, {}, {}, BoxGrid{part.size}};
   for (int a = 0; a < 3; ++a) {
     difference.size[a] = grid.size[a];
     difference.stride[a] = grid.stride(a);
@@ -50,6 +51,7 @@ typename Executor::template Fetched<Selected> fetch_inner_difference(const Execu
       select_quantile(executor, 3 * difference.part.count(), difference, kShareOfDifferences, kLeastDifferences).data(),
       1);
 }
+/// Waits for the inner difference.
 template <class Executor>
 float received_inner_difference(const Executor& executor,
                                 const typename Executor::template Fetched<Selected>& fetched) {

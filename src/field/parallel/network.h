@@ -9,12 +9,12 @@
 
 namespace simplexseg {
 
-/// A PriorNetwork in the executor's memory: all layers kMostWidth wide, with zeros.
+/// PriorNetwork in the memory of an executor; all layers are padded with zeros to kMostWidth.
 struct NetworkView {
   static constexpr int kMostLayers = 6;
   const float* numbers;  ///< centres, scales; weights of each layer, row by row, and its biases
   int layers;
-  int in[kMostLayers], out[kMostLayers];  ///< numbers of inputs and outputs that are not padding
+  int in[kMostLayers], out[kMostLayers];  ///< numbers of inputs and outputs without padding
 
   /// Writes the probabilities, 0..255 for 0..1, of cells v ... v + kLanes - 1, whose features are features.fill(cell,
   /// set).
@@ -24,7 +24,7 @@ struct NetworkView {
     for (int l = 0; l < kLanes; ++l) features.fill(v + l, [&](int f, float value) { x[f][l] = value; });
     SIMPLEXSEG_UNROLL_ALL
     for (int f = 0; f < Features::kFeatures; ++f)
-      for (int l = 0; l < kLanes; ++l) x[f][l] = seen_by_network(x[f][l], numbers[f], numbers[kMostWidth + f]);
+      for (int l = 0; l < kLanes; ++l) x[f][l] = normalised_input(x[f][l], numbers[f], numbers[kMostWidth + f]);
     const float* at = numbers + 2 * kMostWidth;
     for (int layer = 0; layer < layers; ++layer) {
       const bool last = layer + 1 == layers;
@@ -44,7 +44,7 @@ struct NetworkView {
         for (int l = 0; l < kLanes; ++l) x[o][l] = y[o][l];
       at += kMostWidth * kMostWidth + kMostWidth;
     }
-    for (int l = 0; l < kLanes; ++l) probability[l] = answer_of_network(x[0][l]);
+    for (int l = 0; l < kLanes; ++l) probability[l] = network_output(x[0][l]);
   }
 };
 

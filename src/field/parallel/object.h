@@ -15,7 +15,7 @@ namespace simplexseg {
 /// Number of cells between index x of n along an axis and the nearer side of the box; an axis of one cell has no sides.
 SIMPLEXSEG_HD int steps_to_side(int x, int n) { return n < 3 ? 0x7fffffff : smaller(x, n - 1 - x); }
 
-/// Finds the object of a field (FieldObject).
+/// Computes the object mask of a field (FieldObject).
 template <class Executor>
 class ParallelObject {
  public:
@@ -27,18 +27,18 @@ class ParallelObject {
         found_(executor.template array<int>(kNumbers)) {}
 
   struct Summary {
-    VoxelBox around;      ///< as in FieldObject
+    VoxelBox bounds;      ///< as in FieldObject
     std::size_t count;    ///< as in FieldObject
     double border_share;  ///< as in FieldObject
   };
-  /// `voxels`: 0 or 1 for each voxel of the box. Waits once.
-  Summary find(const float* field, const Constraint* known, std::uint8_t* voxels) {
+  /// Writes the mask, 0 or 1 for each voxel of the box, to `voxels`. Waits once.
+  Summary find(const float* field, const Constraint* constraints, std::uint8_t* voxels) {
     const BoxGrid grid{box_.size};
     const int n = grid.count(), ni = box_.size[0], nj = box_.size[1], nk = box_.size[2];
     int* const found = found_.data();
     const KeptVoxels object = keep_connected(
         executor_, grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return field[at.v] > 0.5f; },
-        [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return known[at.v] == Constraint::Inside; }, parent_.data(),
+        [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return constraints[at.v] == Constraint::Inside; }, parent_.data(),
         keep_.data());
     executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
       voxels[v] = object(v);
@@ -48,16 +48,16 @@ class ParallelObject {
     const KeptVoxels open = keep_connected(
         executor_, grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return voxels[at.v] == 0; },
         [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
-          return is_excluded(known[at.v]) || steps_to_side(at.i, ni) == 0 || steps_to_side(at.j, nj) == 0 ||
+          return is_excluded(constraints[at.v]) || steps_to_side(at.i, ni) == 0 || steps_to_side(at.j, nj) == 0 ||
                  steps_to_side(at.k, nk) == 0;
         },
         parent_.data(), keep_.data());
-    // Where a row of the object begins and ends, and what lies near the box's sides.
+    // Beginnings and ends of the runs of the object, and its voxels near the sides of the box.
     executor_.each_cell(grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
       const int i = at.i, j = at.j, k = at.k, v = at.v;
-      const bool is = !open(v);
-      voxels[v] = is;
-      if (!is) return;
+      const bool in_object = !open(v);
+      voxels[v] = in_object;
+      if (!in_object) return;
       if (i == 0 || open(v - 1)) {
         lower(found + kLow, i);
         lower(found + kLow + 1, j);
@@ -73,9 +73,9 @@ class ParallelObject {
       if (smaller(smaller(steps_to_side(i, ni), steps_to_side(j, nj)), steps_to_side(k, nk)) <= kNearSide)
         atomic_add(found + kNearObject, 1);
     });
-    std::array<int, kNumbers> is;
-    executor_.download(found, std::span<int>(is));
-    return summary_of(is);
+    std::array<int, kNumbers> on_host;
+    executor_.download(found, std::span<int>(on_host));
+    return summary_of(on_host);
   }
   std::size_t bytes() const { return parent_.bytes() + keep_.bytes() + found_.bytes(); }
 
@@ -92,8 +92,8 @@ class ParallelObject {
       all *= box_.size[a];
       inner *= box_.size[a] < 3 ? box_.size[a] : std::max(0, box_.size[a] - 2 * (kNearSide + 1));
       if (found[kHigh + a] < 0) continue;
-      summary.around.first[a] = box_.first[a] + found[kLow + a];
-      summary.around.size[a] = found[kHigh + a] - found[kLow + a] + 1;
+      summary.bounds.first[a] = box_.first[a] + found[kLow + a];
+      summary.bounds.size[a] = found[kHigh + a] - found[kLow + a] + 1;
     }
     if (all > inner) summary.border_share = found[kNearObject] / (all - inner);
     return summary;

@@ -13,15 +13,15 @@
 
 namespace simplexseg {
 
-inline constexpr float kFarSquare = 1e12f;  ///< mm^2, where there is no mark
+inline constexpr float kFarSquare = 1e12f;  ///< squared distance without a mark, mm^2
 
-/// A place in the indices of a grid.
+/// Place in the indices of a grid.
 struct IndexPlace {
   float index[3];
 };
-/// mm^2 between places of a grid whatever the directions of its axes are.
+/// Squared distance between places of a grid, whose axes may be oblique, mm^2.
 struct SquareInMm {
-  float mm[3][3];  ///< of a difference of indices
+  float mm[3][3];  ///< from a difference of indices to mm
   SIMPLEXSEG_HD float operator()(const CellAt& p, const IndexPlace& q) const {
     const float x = static_cast<float>(p.i) - q.index[0], y = static_cast<float>(p.j) - q.index[1],
                 z = static_cast<float>(p.k) - q.index[2];
@@ -34,24 +34,24 @@ struct SquareInMm {
   }
 };
 
-/// What lies near a block: the nearest mark of each kind and the nearest new mark, and where ways to them start.
+/// Nearest mark of each kind and nearest new mark of a block, and the sources of geodesic distances to them.
 struct NearestMarks {
   BoxGrid grid;
   SquareInMm square_mm;
   std::array<float, 3> spacing_mm;
   const MarkedBall* balls;
-  const IndexPlace *inside, *fresh;  ///< places of inside and boundary marks; centres of the new balls
-  const NewMarkVoxel* fresh_balls;
-  int ball_count, inside_count, fresh_count;
-  const Constraint* known;
-  float *from_inside, *from_outside, *fresh_square;
-  std::uint16_t *nearest, *nearest_fresh;
-  float *to_inside, *edges_in, *edges_to_fresh;
+  const IndexPlace *inside, *new_centres;  ///< inside and boundary marks; centres of the new balls
+  const NewMarkVoxel* new_balls;
+  int ball_count, inside_count, new_count;
+  const Constraint* constraints;
+  float *from_inside, *from_outside, *new_square;
+  std::uint16_t *nearest, *nearest_new;
+  float *to_inside, *edges_in, *edges_to_new;
 
   SIMPLEXSEG_HD void operator()(const CellAt& p) const {
     const int v = p.v;
     float in = kFarSquare, out = kFarSquare, least = kFarSquare;
-    int of_ball = 0, of_fresh = 0;
+    int inside_ball = 0, new_ball = 0;
     for (int m = 0; m < inside_count; ++m) in = smaller(square_mm(p, inside[m]), in);
     from_inside[v] = in;
     for (int b = 0; b < ball_count; ++b) {
@@ -59,71 +59,72 @@ struct NearestMarks {
       if (!balls[b].inside)
         out = smaller(square, out);
       else if (square < least)
-        least = square, of_ball = b;
+        least = square, inside_ball = b;
     }
     from_outside[v] = out;
-    nearest[v] = static_cast<std::uint16_t>(of_ball);
-    to_inside[v] = edges_in[v] = start_of_way(is_inside_start(known[v]));
-    float to_fresh = kFarSquare;
-    bool start = false;
-    for (int m = 0; m < fresh_count; ++m) {
-      const float square = square_mm(p, fresh[m]), radius = fresh_balls[m].radius_mm;
-      if (square < to_fresh) to_fresh = square, of_fresh = m;
-      start |= square <= radius * radius || fresh_balls[m].voxel == v;
+    nearest[v] = static_cast<std::uint16_t>(inside_ball);
+    to_inside[v] = edges_in[v] = initial_distance(is_inside_source(constraints[v]));
+    float to_new = kFarSquare;
+    bool is_source = false;
+    for (int m = 0; m < new_count; ++m) {
+      const float square = square_mm(p, new_centres[m]), radius = new_balls[m].radius_mm;
+      if (square < to_new) to_new = square, new_ball = m;
+      is_source |= square <= radius * radius || new_balls[m].voxel == v;
     }
-    fresh_square[v] = to_fresh;
-    nearest_fresh[v] = static_cast<std::uint16_t>(of_fresh);
-    edges_to_fresh[v] = start_of_way(start);
+    new_square[v] = to_new;
+    nearest_new[v] = static_cast<std::uint16_t>(new_ball);
+    edges_to_new[v] = initial_distance(is_source);
   }
 };
 
-struct StartOutside {
-  const Constraint* known;
+struct OutsideSources {
+  const Constraint* constraints;
   const std::uint8_t* open;
   float *outside, *edges_out;
   SIMPLEXSEG_HD void operator()(int v) const {
-    outside[v] = edges_out[v] = start_of_way(is_outside_start(known[v], open[v] != 0));
+    outside[v] = edges_out[v] = initial_distance(is_outside_source(constraints[v], open[v] != 0));
   }
 };
 
-/// What the walk of the marks alone is given.
-struct StartWalk {
-  const Constraint* known;
+/// Fixed blocks of the random walker of the marks alone, and their values.
+struct RandomWalkConstraints {
+  const Constraint* constraints;
   const std::uint8_t* open;
-  std::uint8_t *held, *finite;
+  std::uint8_t *fixed, *finite;
   float* field;
   SIMPLEXSEG_HD void operator()(int v) const {
-    finite[v] = known[v] != Constraint::NotFinite;
-    held[v] = is_dirichlet(known[v]) && !open[v];
-    if (held[v]) field[v] = known[v] == Constraint::Inside ? 1.0f : 0.0f;
+    finite[v] = constraints[v] != Constraint::NotFinite;
+    fixed[v] = is_dirichlet(constraints[v]) && !open[v];
+    if (fixed[v]) field[v] = constraints[v] == Constraint::Inside ? 1.0f : 0.0f;
   }
 };
 
-/// Bin of a block of the shell about the marks by how strange it is: for the median, to a thousandth of the largest.
+/// Bin of the z-score of a block in the shell around the marks, for the median; -1 elsewhere.
 struct BinOfShell {
   MarkView view;
   SIMPLEXSEG_HD int operator()(int v) const {
     if (!view.is_in_shell(v)) return -1;
-    return static_cast<int>(view.strange(v) * ((kBins - 1) / Strangeness::kMost));
+    return static_cast<int>(view.image_z_score(v) * ((kBins - 1) / IntensityZScore::kMost));
   }
 };
 
-struct WasObject {
-  const std::uint8_t* before;
+struct PreviousObject {
+  const std::uint8_t* previous;
   std::uint8_t* to;
-  SIMPLEXSEG_HD void operator()(int v) const { to[v] = before[v] > kPreviousThreshold ? 1 : 0; }
+  SIMPLEXSEG_HD void operator()(int v) const { to[v] = previous[v] > kPreviousThreshold ? 1 : 0; }
 };
 struct Inward {
-  const std::uint8_t* was_object;
-  const float* squares;  ///< of the distance to the other side, mm^2
-  float least_mm;
+  const std::uint8_t* previous_object;
+  const float* squares;  ///< squared distance to the other side, mm^2
+  float least_spacing_mm;
   float* inward;
   SIMPLEXSEG_HD void operator()(int v) const {
-    inward[v] = inward_mm(std::sqrt(squares[v]), was_object[v] != 0, least_mm);
+    inward[v] = inward_mm(std::sqrt(squares[v]), previous_object[v] != 0, least_spacing_mm);
   }
 };
 
-/// view.prior_of_marks may be `prior`.
+/// Prior of blocks with new marks, from the network of new marks and the previous field. view.prior_of_marks may be
+/// `prior`.
 struct PriorAfterUpdate {
   UpdateView view;
   NetworkView network;
@@ -132,7 +133,7 @@ struct PriorAfterUpdate {
   SIMPLEXSEG_HD void run(int v) const {
     std::uint8_t probability[kLanes];
     network.evaluate<kLanes>(view, v, probability);
-    for (int l = 0; l < kLanes; ++l) prior[v + l] = view.with_memory(v + l, probability[l]);
+    for (int l = 0; l < kLanes; ++l) prior[v + l] = view.blend_previous(v + l, probability[l]);
   }
 };
 
@@ -152,15 +153,15 @@ struct NearestIsInside {
   SIMPLEXSEG_HD void operator()(int v) const { to[v] = view.nearest_is_inside(v) ? 1 : 0; }
 };
 
-struct BinOfCut {
-  const Constraint* known;
+struct BinOfThreshold {
+  const Constraint* constraints;
   const std::uint8_t* prior;
-  SIMPLEXSEG_HD int operator()(int v) const { return counted_for_cut(known[v], prior[v]); }
+  SIMPLEXSEG_HD int operator()(int v) const { return threshold_bin(constraints[v], prior[v]); }
 };
-struct MoveToCut {
-  double raise;
+struct ScaleOdds {
+  double factor;
   std::uint8_t* prior;
-  SIMPLEXSEG_HD void operator()(int v) const { prior[v] = moved_by(prior[v], raise); }
+  SIMPLEXSEG_HD void operator()(int v) const { prior[v] = scaled_odds(prior[v], factor); }
 };
 
 }  // namespace simplexseg

@@ -4,7 +4,7 @@
 
 namespace simplexseg {
 
-/// Lowers, or raises, what is there; asks first, since many threads do so and few change it.
+/// Atomic minimum and maximum; a preceding read avoids most atomic operations.
 SIMPLEXSEG_HD void lower(int* at, int value) {
   if (value < load_relaxed(at)) atomic_min(at, value);
 }

@@ -7,7 +7,7 @@
 
 namespace simplexseg {
 
-/// What is known of the value of a rank: its upper bits, and its rank among the values that share them.
+/// Order statistic so far: upper bits of the value, and its rank among the values that share them.
 struct Selected {
   long long rank;
   std::uint32_t bits;
@@ -15,37 +15,37 @@ struct Selected {
   SIMPLEXSEG_HD float value_or(float otherwise) const { return found ? float_of(bits) : otherwise; }
 };
 
-/// The bin that holds the value of the rank; of the first bins, the rank of `share`. By one team.
+/// Selects the bin that contains the value of the rank, by one block. The first pass computes the rank from `share`.
 struct SelectBin {
   static constexpr int kGroups = 64, kOfGroup = kBins / kGroups;
-  const int* count;  ///< of each bin
-  int* of_group;     ///< room for kGroups
-  int shift;         ///< where the bin's bits lie
+  const int* count;  ///< number of values in each bin
+  int* group_count;  ///< workspace of kGroups values
+  int shift;         ///< position of the bits of the bin
   bool first;
   double share;
   int least_count;
   Selected* selected;
 
-  template <class Team>
-  SIMPLEXSEG_HD void operator()(const Team& team) const {
-    for (int g = team.thread; g < kGroups; g += Team::threads) {
+  template <class Block>
+  SIMPLEXSEG_HD void operator()(const Block& block) const {
+    for (int g = block.thread; g < kGroups; g += Block::threads) {
       int sum = 0;
       for (int b = 0; b < kOfGroup; ++b) sum += count[g * kOfGroup + b];
-      of_group[g] = sum;
+      group_count[g] = sum;
     }
-    team.sync();
-    if (team.thread != 0) return;
+    block.sync();
+    if (block.thread != 0) return;
     Selected now{};
     if (first) {
       long long all = 0;
-      for (int g = 0; g < kGroups; ++g) all += of_group[g];
+      for (int g = 0; g < kGroups; ++g) all += group_count[g];
       now = {static_cast<long long>(share * static_cast<double>(all - 1)), 0, all > 0 && all >= least_count};
     } else {
       now = *selected;
     }
     if (now.found) {
       int bin = 0;
-      for (; now.rank >= of_group[bin / kOfGroup]; bin += kOfGroup) now.rank -= of_group[bin / kOfGroup];
+      for (; now.rank >= group_count[bin / kOfGroup]; bin += kOfGroup) now.rank -= group_count[bin / kOfGroup];
       for (; now.rank >= count[bin]; ++bin) now.rank -= count[bin];
       now.bits |= static_cast<std::uint32_t>(bin) << shift;
     }
@@ -53,26 +53,27 @@ struct SelectBin {
   }
 };
 
-/// What quantile() (field/quantile.h) gives for all value(v) >= 0, 0 <= v < n; those below 0 are left out. Not found
-/// with fewer than `least_count` of them. By histograms of the floats' bits, eleven at a time; by all threads.
+/// quantile() (field/quantile.h) of all value(v) >= 0, 0 <= v < n; negative values and NaN are ignored. Not found with
+/// fewer than `least_count` values. Radix selection by histograms of eleven bits of the floats, by all threads.
 template <class Value>
 struct SelectQuantile {
-  static constexpr int kPasses = 3, kRoom = kPasses * (kBins + SelectBin::kGroups);
+  static constexpr int kPasses = 3, kWorkspace = kPasses * (kBins + SelectBin::kGroups);
   int n;
   Value value;
   double share;
   int least_count;
-  int* room;  ///< kRoom
+  int* workspace;  ///< of kWorkspace values
   Selected* selected;
 
   template <class All>
   SIMPLEXSEG_KERNEL void operator()(const All& all) const {
     constexpr int shifts[kPasses]{21, 10, 0};
-    all.each(kPasses * kBins, Clear{room});
+    all.each(kPasses * kBins, Clear{workspace});
     for (int pass = 0; pass < kPasses; ++pass) {
-      int *const count = room + pass * kBins, *const of_group = room + kPasses * kBins + pass * SelectBin::kGroups;
+      int *const count = workspace + pass * kBins, *const group_count =
+                                                       workspace + kPasses * kBins + pass * SelectBin::kGroups;
       all.histogram(n, BinOfValue{value, shifts[pass], selected}, count);
-      all.some(SelectBin{count, of_group, shifts[pass], pass == 0, share, least_count, selected});
+      all.by_one_block(SelectBin{count, group_count, shifts[pass], pass == 0, share, least_count, selected});
     }
   }
 
@@ -84,7 +85,7 @@ struct SelectQuantile {
   struct BinOfValue {
     Value value;
     int shift;
-    const Selected* so_far;  ///< asked from the second pass on
+    const Selected* so_far;  ///< read from the second pass on
     SIMPLEXSEG_KERNEL int operator()(int v) const {
       const float x = value(v);
       if (!(x >= 0)) return -1;
@@ -96,13 +97,13 @@ struct SelectQuantile {
     }
   };
 };
-/// Does not wait; what it returns, of one element, is in the executor's memory.
+/// Order statistic in the memory of the executor, an array of one element. Does not wait.
 template <class Executor, class Value>
 typename Executor::template Array<Selected> select_quantile(const Executor& executor, int n, const Value& value,
                                                             double share, int least_count = 1) {
-  const auto room = executor.template array<int>(SelectQuantile<Value>::kRoom);
+  const auto workspace = executor.template array<int>(SelectQuantile<Value>::kWorkspace);
   auto selected = executor.template array<Selected>(1);
-  executor.all(SelectQuantile<Value>{n, value, share, least_count, room.data(), selected.data()});
+  executor.all(SelectQuantile<Value>{n, value, share, least_count, workspace.data(), selected.data()});
   return selected;
 }
 

@@ -9,43 +9,34 @@
 #include "field/parallel/executor.h"
 #include "field/parallel/select.h"
 #include "field/surface_voxel.h"
-#include "field/update_view.h"
 
 namespace simplexseg::surface {
 
-/// A part of a box.
+/// Part of a box that contains the band.
 struct PartOfBox {
-  int first[3], size[3], outer[3];
+  int first[3], size[3], outer[3];  ///< `outer`: size of the box
   SIMPLEXSEG_HD int in_box(const CellAt& at) const {
     return ((at.k + first[2]) * outer[1] + at.j + first[1]) * outer[0] + at.i + first[0];
   }
 };
 
-struct CutPart {
+/// Copies the part from the arrays of the box.
+struct CopyPart {
   PartOfBox part;
   const std::uint8_t* object;
-  const Constraint* known;
+  const Constraint* constraints;
   const float *image, *probability;
-  std::uint8_t *was, *is;
-  Constraint* said;
-  float *value, *field, *even;
+  std::uint8_t *initial, *present;
+  Constraint* marked;
+  float *intensity, *field, *faired;
   SIMPLEXSEG_HD void operator()(const CellAt& at) const {
     const int u = part.in_box(at), v = at.v;
-    was[v] = is[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = even[v] = probability[u];
+    initial[v] = present[v] = object[u], marked[v] = constraints[u];
+    intensity[v] = image[u], field[v] = faired[v] = probability[u];
   }
 };
 
-/// The object of the field before.
-struct CutBefore {
-  PartOfBox part;
-  const std::uint8_t* before;
-  std::uint8_t* had;
-  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
-    had[at.v] = before[part.in_box(at)] > kPreviousThreshold ? 1 : 0;
-  }
-};
-
-/// Of every step-th voxel the difference to the next one along i, both in the object; else -1.
+/// Intensity difference of every step-th voxel and the next one along i, if both are in the object; else -1.
 struct NoiseSample {
   const std::uint8_t* object;
   const float* image;
@@ -57,64 +48,66 @@ struct NoiseSample {
   }
 };
 
-/// What sums around a voxel are made of: weight, value and square near the surface; `only`: of these voxels, null: all.
-struct WeighedValues {
-  const float *value, *distance;
-  const std::uint8_t* only;
+/// Weight, intensity and squared intensity of cells near the surface, for sums in Gaussian windows.
+struct WindowMoments {
+  const float *intensity, *distance;
+  const std::uint8_t* set;  ///< cells with a weight; null: all
   float near_mm;
   float* to[3];
   SIMPLEXSEG_HD void operator()(int v) const {
-    const float weight = distance[v] < near_mm && (only == nullptr || only[v]) ? 1.0f : 0.0f;
+    const float weight = distance[v] < near_mm && (set == nullptr || set[v]) ? 1.0f : 0.0f;
     to[0][v] = weight;
-    to[1][v] = weight * value[v];
-    to[2][v] = weight * value[v] * value[v];
+    to[1][v] = weight * intensity[v];
+    to[2][v] = weight * intensity[v] * intensity[v];
   }
 };
 
-struct LooksOfVoxels {
-  const float* value;
-  const float *in[3], *all[3];
-  const Selected* difference;  ///< the median one of NoiseSample
+struct AppearanceOfCells {
+  const float* intensity;
+  const float *in[3], *all[3];  ///< smoothed WindowMoments, of the object and of both sides
+  const Selected* difference;   ///< median of NoiseSample
   float* to;
   SIMPLEXSEG_HD void operator()(int v) const {
     const float noise = noise_of_median(difference->value_or(0));
-    to[v] = look(value[v], in[0][v], in[1][v], in[2][v], all[0][v], all[1][v], all[2][v], noise * noise);
+    to[v] =
+        appearance_log_odds(intensity[v], in[0][v], in[1][v], in[2][v], all[0][v], all[1][v], all[2][v], noise * noise);
   }
 };
 
-/// The layer on either side of the surface, and what of it looks like its side.
-struct PartsOfLayer {
-  const float* look;
+/// Indicators of the band in the object and of its cells where appearance agrees; then of both outside the object.
+struct BandAgreement {
+  const float* appearance;
   const std::uint8_t* object;
   const float* distance;
-  float layer_mm;
+  float band_mm;
   float* to[4];
   SIMPLEXSEG_HD void operator()(int v) const {
-    const bool layer = distance[v] < layer_mm, inner = object[v] != 0, agreed = (look[v] > 0) == inner;
-    to[0][v] = layer && inner ? 1.0f : 0.0f;
-    to[1][v] = layer && inner && agreed ? 1.0f : 0.0f;
-    to[2][v] = layer && !inner ? 1.0f : 0.0f;
-    to[3][v] = layer && !inner && agreed ? 1.0f : 0.0f;
+    const bool band = distance[v] < band_mm, inner = object[v] != 0, agreed = (appearance[v] > 0) == inner;
+    to[0][v] = band && inner ? 1.0f : 0.0f;
+    to[1][v] = band && inner && agreed ? 1.0f : 0.0f;
+    to[2][v] = band && !inner ? 1.0f : 0.0f;
+    to[3][v] = band && !inner && agreed ? 1.0f : 0.0f;
   }
 };
 
-/// Inside marks in the layer, and of these that look like their side; then outside ones.
-struct MarksInLayer {
-  const float* look;
-  const Constraint* said;
+/// Indicators of inside marks in the band and of those where appearance agrees; then of outside marks.
+struct MarksInBand {
+  const float* appearance;
+  const Constraint* constraints;
   const float* distance;
-  float layer_mm;
+  float band_mm;
   SIMPLEXSEG_HD Summands<4> operator()(int v) const {
-    const bool layer = distance[v] < layer_mm, in = layer && said[v] == Constraint::Inside,
-               out = layer && said[v] == Constraint::Outside, looks_in = look[v] > 0;
-    return {{in ? 1.0f : 0.0f, in && looks_in ? 1.0f : 0.0f, out ? 1.0f : 0.0f, out && !looks_in ? 1.0f : 0.0f}};
+    const bool band = distance[v] < band_mm, in = band && constraints[v] == Constraint::Inside,
+               out = band && constraints[v] == Constraint::Outside, is_inside = appearance[v] > 0;
+    return {{in ? 1.0f : 0.0f, in && is_inside ? 1.0f : 0.0f, out ? 1.0f : 0.0f, out && !is_inside ? 1.0f : 0.0f}};
   }
 };
 
-/// What is believed of looks: around a voxel, and by the marks of the kind that they agree with less.
-struct TrustOfVoxels {
-  const float* parts[4];
-  const double* marks;  ///< inside: in the layer, agreed; outside: the same
+/// Weights of appearance: agreement in the band around a voxel, times that of the kind of marks with the lower
+/// agreement.
+struct AppearanceWeights {
+  const float* sides[4];  ///< smoothed BandAgreement
+  const double* marks;    ///< sums of MarksInBand
   float* to;
   SIMPLEXSEG_HD void operator()(int v) const {
     float least = 1;
@@ -123,46 +116,37 @@ struct TrustOfVoxels {
                   agreed = kUnmarkedVoxels + static_cast<float>(marks[2 * kind + 1]);
       least = smaller(agreed / count, least);
     }
-    to[v] = trust(parts[0][v], parts[1][v], parts[2][v], parts[3][v]) *
-            weight_of(least, kLeastMarkAgreement, kFullMarkAgreement);
+    to[v] = local_weight(sides[0][v], sides[1][v], sides[2][v], sides[3][v]) *
+            agreement_weight(least, kLeastMarkAgreement, kFullMarkAgreement);
   }
 };
 
-/// Which voxels of the layer may change.
+/// Whether a voxel is in the band without a constraint.
 struct CanChange {
-  const Constraint* said;
+  const Constraint* constraints;
   const float* distance;
-  float layer_mm;
-  SIMPLEXSEG_HD bool operator()(int v) const { return said[v] == Constraint::None && distance[v] < layer_mm; }
+  float band_mm;
+  SIMPLEXSEG_HD bool operator()(int v) const { return constraints[v] == Constraint::None && distance[v] < band_mm; }
 };
 
-/// `once`, `twice`: the field after one Gaussian and after two. A second one gives back what the first takes from a
-/// surface that bends (Taubin 1995).
-struct OddsOfVoxels {
+/// Log odds of the band, and its object. Fairing by one and two Gaussians with the weights 2 and -1 shrinks a curved
+/// surface less than one Gaussian. Source: Taubin 1995, A Signal Processing Approach to Fair Surface Design.
+struct LogOddsOfBand {
   CanChange can_change;
-  const float *field, *once, *twice, *look, *trust;
-  float lean;
-  HeldSurface held;
+  const float *field, *smoothed_once, *smoothed_twice, *appearance, *weight;
+  float offset;
+  TemporalTerm temporal;
   float* to;
-  std::uint8_t* is;
+  std::uint8_t* object;
   SIMPLEXSEG_HD void operator()(int v) const {
     if (!can_change(v)) return;
-    to[v] = odds(field[v], 2 * once[v] - twice[v], look[v], trust[v], lean + held(v, trust[v]));
-    is[v] = to[v] > 0 ? 1 : 0;
+    to[v] = band_log_odds(field[v], 2 * smoothed_once[v] - smoothed_twice[v], appearance[v], weight[v],
+                          offset + temporal(v, weight[v]));
+    object[v] = to[v] > 0 ? 1 : 0;
   }
 };
 
-struct WriteSettled {
-  CanChange can_change;
-  PartOfBox part;
-  const float* odds;
-  float* probability;
-  SIMPLEXSEG_HD void operator()(const CellAt& at) const {
-    if (can_change(at.v)) probability[part.in_box(at)] = probability_of(odds[at.v]);
-  }
-};
-
-/// The field, the field in the object, and the object.
+/// Summands of the expected Dice: probability, probability in the object, and the object.
 struct FieldAndObject {
   const float* probability;
   const std::uint8_t* object;

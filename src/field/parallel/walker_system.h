@@ -14,8 +14,8 @@ WalkerSolution solve_walker_system(const Executor& executor, const WalkerSystem&
                                    int most_iterations) {
   ParallelWalker<Executor> walker(system.grid, system.spacing_mm, executor);
   for (int axis = 0; axis < 3; ++axis)
-    executor.upload(std::span<const float>(system.conductance[axis]), walker.weights(axis));
-  executor.upload(std::span<const float>(system.prior_weight), walker.pull());
+    executor.upload(std::span<const float>(system.conductance[axis]), walker.conductances(axis));
+  executor.upload(std::span<const float>(system.prior_weight), walker.prior_weight());
   executor.upload(std::span<const float>(system.start), walker.field());
   const auto prior = executor.copy_of(std::span<const std::uint8_t>(system.prior)),
              fixed = executor.copy_of(std::span<const std::uint8_t>(system.fixed));

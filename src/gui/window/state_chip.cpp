@@ -13,6 +13,7 @@ const char* background_of(RunState state) {
   switch (state) {
     case RunState::Running:
     case RunState::Solving:
+    case RunState::Waiting:
       return "#2b6ca3";
     case RunState::Settled:
       return "#2e6e4a";

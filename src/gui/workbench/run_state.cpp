@@ -36,8 +36,12 @@ RunState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size
   if (has_pending_marks(workbench, item)) return RunState::Pending;
   if (spreads(item)) return RunState::Spreading;
   if (doubtful(item)) return RunState::Doubtful;
-  if (is_moving(workbench, loop))
-    return workbench.session().solving_mesh() == item.id ? RunState::Solving : RunState::Running;
+  const Session& session = workbench.session();
+  if (is_moving(workbench, loop)) {
+    if (session.solving_mesh() == item.id) return RunState::Solving;
+    if (is_update_due(session.scene_without_poses(), item, session.volume())) return RunState::Waiting;
+    if (!item.sleep.asleep) return RunState::Running;
+  }
   if (!faults_of(workbench, mesh).isEmpty()) return RunState::Overlapping;
   return workbench.running() ? RunState::Settled : RunState::Paused;
 }
@@ -61,6 +65,8 @@ QString text_of(RunState state, int solving_percent) {
       return state_text("marks pending");
     case RunState::Solving:
       return solving_text(solving_percent);
+    case RunState::Waiting:
+      return state_text("waiting");
     case RunState::Settled:
       return state_text("settled");
     case RunState::Overlapping:

@@ -11,8 +11,9 @@ class Workbench;
 
 /// State of a mesh, or of the simulation, in the order of precedence. Nothing: there is no mesh. Failed: the last steps
 /// failed. Spreading, Doubtful: the segmentation needs more marks. Pending: marks are not applied, because the user has
-/// cancelled the update. Solving: its field is being computed. Overlapping: the surface overlaps itself and does not
-/// move. Settled: the simulation runs, but nothing moves.
+/// cancelled the update. Solving: its field is being computed. Waiting: its field follows that of another mesh.
+/// Overlapping: the surface overlaps itself and does not move. Settled: the simulation runs, but the mesh does not
+/// move.
 enum class RunState {
   Nothing,
   Failed,
@@ -21,6 +22,7 @@ enum class RunState {
   Pending,
   Solving,
   Running,
+  Waiting,
   Overlapping,
   Paused,
   Settled,

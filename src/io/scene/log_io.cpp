@@ -239,7 +239,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "set_reference",
                                          "resize_point",
                                          "cancel_field_update",
-                                         "request_field_update"};
+                                         "request_field_update",
+                                         "commit_preliminary_field"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

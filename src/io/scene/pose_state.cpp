@@ -7,6 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "core/digest.h"
 #include "core/error.h"
 #include "core/expect.h"
 #include "io/platform/cbor.h"
@@ -111,12 +112,9 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
 }  // namespace
 
 std::uint64_t pose_digest(const SimplexMesh& mesh) {
-  std::uint64_t digest = 0xcbf29ce484222325u;
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(mesh.positions.data());
-  for (std::size_t b = 0; b < mesh.positions.size() * sizeof(Eigen::Vector3f); ++b) {
-    digest = (digest ^ bytes[b]) * 0x100000001b3u;
-  }
-  return digest;
+  Digest digest;
+  for (const Eigen::Vector3f& p : mesh.positions) digest.add(p.data(), 3);
+  return digest.value();
 }
 
 std::string field_bytes(const MeshField& field) {
@@ -156,6 +154,8 @@ std::string pose_state_bytes(const MeshItem& item) {
     }
   }
   state["rebuilt"] = item.rebuilt;
+  state["asleep"] = item.sleep.asleep, state["settled_steps"] = item.sleep.settled_steps;
+  state["inputs"] = item.sleep.inputs;
   std::string bytes;
   json::to_cbor(state, bytes);
   return bytes;
@@ -202,7 +202,12 @@ void restore_pose_state(const std::string& file, const std::string& bytes, MeshI
     if (field && state.contains("field_settled"))
       fit = {field, state.at("field_disagreement").get<int>(), state.at("field_settled").get<bool>()};
 
-    item.field = field, item.fit = fit, item.rebuilt = state.value("rebuilt", false);
+    // Files of earlier versions contain no state of sleep.
+    const SleepState sleep{state.value("asleep", false), state.value("settled_steps", 0),
+                           state.value("inputs", std::uint64_t{0})};
+    expect(sleep.settled_steps >= 0, "'settled_steps' is negative");
+
+    item.field = field, item.fit = fit, item.rebuilt = state.value("rebuilt", false), item.sleep = sleep;
     item.solver = solver;
     item.previous = std::move(previous);
     item.shape = std::move(shape);

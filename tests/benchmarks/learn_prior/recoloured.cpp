@@ -144,7 +144,7 @@ std::pair<Volume, Mask> recoloured(const Volume& image, const Volume& labels, co
   const BoxGrid grid{g.size};
   const std::array<double, 3> spacing_mm{g.spacing_mm[0], g.spacing_mm[1], g.spacing_mm[2]};
   std::vector<float> smooth = value;
-  smooth_by_least_spacing(smooth, grid, spacing_mm, 1.0, run_in_turn());
+  smooth_by_least_spacing(smooth, grid, spacing_mm, 1.0, run_serially());
   std::map<int, std::vector<float>> intensities;
   for (v = 0; v < label.size(); ++v) intensities[label[v]].push_back(smooth[v]);
   Painter painter(seed * 7919u + voxels);
@@ -154,7 +154,7 @@ std::pair<Volume, Mask> recoloured(const Volume& image, const Volume& labels, co
   const float per_texture = static_cast<float>(appearance.texture * most_texture) / (ninth_decile(value) + 1e-6f);
   for (v = 0; v < value.size(); ++v)
     value[v] = painter.grey(label[v], smooth[v]) + std::clamp(per_texture * value[v], -most_texture, most_texture);
-  smooth_by_least_spacing(value, grid, spacing_mm, appearance.blur, run_in_turn());
+  smooth_by_least_spacing(value, grid, spacing_mm, appearance.blur, run_serially());
   v = 0;
   for (int k = 0; k < g.size[2]; ++k)
     for (int j = 0; j < g.size[1]; ++j)

@@ -26,7 +26,7 @@ constexpr double kOnVoxels = 1e9;
 std::vector<User> users_of(Part part) {
   const std::vector<User> of_marks{
       {1, 0, 3},
-      {1, 0, 3, RobotHand::Mixed},
+      {1, 0, 3, RobotClickKind::Mixed},
       {0.5, 0, 0},
       {0.7, 0.3, 1},
       {1.3, 0, 1},
@@ -43,7 +43,7 @@ std::vector<User> users_of(Part part) {
       {.seed_scale = 0.9, .seed_offset = 0.2, .clicks = 0, .coarser = 1.5, .noise = 0.5},
   };
   const std::vector<User> of_update{
-      {1, 0, 10}, {0.6, 0.3, 10}, {1, 0, 10, RobotHand::Mixed}, {1, 0, 10, RobotHand::Grabs}};
+      {1, 0, 10}, {0.6, 0.3, 10}, {1, 0, 10, RobotClickKind::Mixed}, {1, 0, 10, RobotClickKind::Grabs}};
   return part == Part::Marks ? of_marks : of_update;
 }
 
@@ -54,7 +54,7 @@ std::vector<User> users_of_recoloured(Part part) {
       {0.7, 0.3, 1}, {1.2, 0.1, 1}, {.seed_scale = 0.8, .seed_offset = 0.1, .clicks = 0, .coarser = 1.6},
       {1, 0.1, 0},   {1, 0.3, 0},
   };
-  const std::vector<User> of_update{{1, 0, 10}, {0.6, 0.3, 10}, {1, 0.1, 10, RobotHand::Mixed}, {0.8, 0.1, 10}};
+  const std::vector<User> of_update{{1, 0, 10}, {0.6, 0.3, 10}, {1, 0.1, 10, RobotClickKind::Mixed}, {0.8, 0.1, 10}};
   return part == Part::Marks ? of_marks : of_update;
 }
 
@@ -63,7 +63,7 @@ class Subject : public RobotSubject {
  public:
   /// `thinned`: divisor of the number of samples.
   Subject(const Volume& image, const Mask& truth, Part part, int thinned, const EvidenceSettings& settings)
-      : truth_(truth), part_(part), thinned_(thinned), field_(image, run_in_turn(), settings) {
+      : truth_(truth), part_(part), thinned_(thinned), field_(image, run_serially(), settings) {
     for (const std::uint8_t v : truth.voxels) voxels_ += v;
     field_.record_features(true);
   }
@@ -102,7 +102,7 @@ class Subject : public RobotSubject {
     const double near_mm = 4 * truth_.geometry.spacing_mm.minCoeff();
     std::array<std::vector<int>, 3> kinds;
     for (int v = 0; v < static_cast<int>(is.size()); ++v)
-      if (recorded.known[v] == Constraint::None) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
+      if (recorded.constraints[v] == Constraint::None) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
     constexpr std::array<int, 3> most{500, 500, 250};
     for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
       const std::vector<int>& from = kinds[kind];
@@ -175,11 +175,11 @@ void add_user(const Volume& image, const Mask& truth, const User& user, unsigned
   if (static_cast<std::size_t>(std::count(truth.voxels.begin(), truth.voxels.end(), 1)) < least_voxels) return;
   EvidenceSettings settings;
   settings.networks = &networks;
-  settings.least_reach = kOnVoxels;
+  settings.blocks_per_scale = kOnVoxels;
   settings.expected_dice_threshold = false;
   RobotSettings robot;
   robot.most_clicks = user.clicks;
-  robot.hand = user.hand;
+  robot.click_kind = user.click_kind;
   robot.seed_scale = user.seed_scale;
   robot.seed_offset = user.seed_offset;
   Subject subject(image, truth, part, thinned, settings);

@@ -25,7 +25,7 @@ struct Sample {
 struct User {
   double seed_scale, seed_offset;  ///< as in RobotSettings
   int clicks;
-  RobotHand hand = RobotHand::Marks;
+  RobotClickKind click_kind = RobotClickKind::Marks;
   double coarser = 1;  ///< least factor by which voxels are wider than the narrowest ones
   double noise = -1;   ///< >= 0: the image is the label, with noise of this share of the contrast
 };

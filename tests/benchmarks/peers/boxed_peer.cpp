@@ -42,7 +42,7 @@ Mask BoxedPeer::segment(std::span<const Mark> marks) {
   const Eigen::Vector3d spacing = geometry.spacing_mm / geometry.spacing_mm.minCoeff();
   Mask object{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
   for (int growths = 0;; ++growths) {
-    const BoxImage image = cut_out(volume_, kVoxelCells, box_, run_);
+    const BoxImage image = extract_box(volume_, kVoxelCells, box_, run_);
     known_ = constraint_mask(geometry, box_, image.finite, marks, {});
     std::vector<std::uint8_t> before(box_.voxel_count());
     for (int k = 0; k < box_.size[2]; ++k)
@@ -56,8 +56,8 @@ Mask BoxedPeer::segment(std::span<const Mark> marks) {
         field[v] = known_[v] == Constraint::Inside;
     object_ = object_of_field(field, known_, box_);
     object = mask_of(geometry, box_, object_.voxels);
-    if (growths == kMostGrowths || object_.around.voxel_count() == 0) return object;
-    const VoxelBox grown = grow_around(box_, object_.around, geometry);
+    if (growths == kMostGrowths || object_.bounds.voxel_count() == 0) return object;
+    const VoxelBox grown = grow_around(box_, object_.bounds, geometry);
     if (grown == box_) return object;
     box_ = grown;
   }

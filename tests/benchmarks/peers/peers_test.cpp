@@ -22,7 +22,7 @@ struct PeersTest : ::testing::TestWithParam<PeerKind> {
     return make_phantom("sphere", settings);
   }();
   const Mask truth = mask_of(phantom.labels, 1);
-  const std::unique_ptr<RobotSubject> peer = GetParam().make(phantom.image, run_in_turn());
+  const std::unique_ptr<RobotSubject> peer = GetParam().make(phantom.image, run_serially());
 };
 
 TEST_P(PeersTest, FindsANoisyBallFromASmallSeed) {

@@ -35,7 +35,7 @@ class RandomWalkerPeer : public BoxedPeer {
     const float fall = largest > 0 ? kBeta / (largest * largest) : 0.0f;
     for (int axis = 0; axis < 3; ++axis) {
       const float scale = static_cast<float>(1 / (input.spacing[axis] * input.spacing[axis]));
-      float* const weight = walker.weights(axis);
+      float* const weight = walker.conductances(axis);
       for (int v = 0; v < grid.count(); ++v) {
         const bool next = has_next(grid, v, axis);
         const float d = next ? image[v + grid.stride(axis)] - image[v] : 0.0f;
@@ -49,7 +49,7 @@ class RandomWalkerPeer : public BoxedPeer {
       held[v] = is_dirichlet(input.known[v]);
       walker.field()[v] = input.known[v] == Constraint::Inside || input.before[v] != 0;
       if (held[v]) walker.field()[v] = input.known[v] == Constraint::Inside;
-      walker.pull()[v] = 0;
+      walker.prior_weight()[v] = 0;
     }
     walker.solve(target.data(), held.data(), kTolerance, kMostIterations);
     std::vector<float> field(grid.count());

@@ -11,18 +11,19 @@
 
 namespace simplexseg {
 
-/// Fourier terms of a classifier, and lists of the features of cells.
+/// Fourier terms of a classifier, and the features of cells.
 struct TermsView {
   int terms, features, voxels;
   const float *frequency, *phase, *feature;  ///< frequency: features x terms, row by row
 };
 
+/// Training sample. The square root of its weight is contained in both factors.
 struct RowSample {
   int voxel;
-  float scale, right;  ///< of its row; of its +1 or -1
+  float scale, label;  ///< factor of its terms; its label, +1 or -1, weighted
 };
 
-/// A row of the equations for each sample: what the terms say, then what is right, then zeros to whole tiles.
+/// Writes the row of the equations for each sample: its terms, its label, and zeros up to a multiple of the tile.
 struct RowsOfSamples {
   TermsView terms;
   const RowSample* samples;
@@ -41,17 +42,18 @@ struct RowsOfSamples {
     }
     for (int l = 0; l < kLanes; ++l) {
       const float term = sample.scale * cosine_of_turns(angle[l]);
-      rows[at.v + l] = at.i + l < terms.terms ? term : at.i + l == terms.terms ? sample.right : 0.0f;
+      rows[at.v + l] = at.i + l < terms.terms ? term : at.i + l == terms.terms ? sample.label : 0.0f;
     }
   }
 };
 
-/// Part of rows^T rows: four by four numbers of it, over some of the rows. Above the diagonal nothing is written.
+/// Partial sums of rows^T rows (normal equations): a tile of the matrix, over kRows rows; only tiles of the lower
+/// triangle.
 struct ProductsOfRows {
   static constexpr int kTile = 4, kRows = 64;
-  int width, count;  ///< of rows
+  int width, count;  ///< of the rows
   const float* rows;
-  float* parts;  ///< width x width for every kRows rows
+  float* parts;  ///< width x width for each kRows rows
 
   SIMPLEXSEG_HD void operator()(int at) const {
     const int tiles = width / kTile, b = at % tiles, a = at / tiles % tiles, part = at / (tiles * tiles);
@@ -86,11 +88,11 @@ struct SumOfParts {
   }
 };
 
-/// About +1 for a cell that resembles the inside, -1 for the outside, 0 for neither; and is_open().
-struct ScoreOfLooks {
+/// Appearance score of a cell: about +1 if it resembles the inside marks, -1 the outside, 0 neither; and is_open().
+struct AppearanceScore {
   TermsView terms;
   const float* weight;
-  const Constraint* known;
+  const Constraint* constraints;
   float open_side;
   float* score;
   std::uint8_t* open;
@@ -108,16 +110,17 @@ struct ScoreOfLooks {
     }
     for (int l = 0; l < kLanes; ++l) {
       score[v + l] = sum[l];
-      open[v + l] = is_open(known[v + l], sum[l], open_side);
+      open[v + l] = is_open(constraints[v + l], sum[l], open_side);
     }
   }
 };
 
-/// Classifier of cells (mark_classifier.h). Its equations are summed by the executor, and solved on the host.
+/// Appearance classifier of cells (mark_classifier.h). Its normal equations are summed by the executor and solved on
+/// the host.
 template <class Executor>
-class ParallelLooks {
+class ParallelAppearance {
  public:
-  ParallelLooks(const Executor& executor, int features)
+  ParallelAppearance(const Executor& executor, int features)
       : executor_(executor),
         features_(features),
         width_((settings_.terms + 1 + ProductsOfRows::kTile - 1) / ProductsOfRows::kTile * ProductsOfRows::kTile) {
@@ -129,25 +132,25 @@ class ParallelLooks {
     phase_ = executor.template copy_of<float>(terms.phase);
     weight_ = executor.template array<float>(settings_.terms);
     sum_ = executor.template array<float>(std::size_t(width_) * width_);
-    executor.clear(sum_.data(), sum_.size());  // above the diagonal nothing is written
+    executor.clear(sum_.data(), sum_.size());  // nothing is written above the diagonal
   }
 
-  /// Sums the equations of these samples, neither list empty, for score(); `feature`: of the executor, list by list of
-  /// so many voxels.
-  void begin(const float* feature, int voxels, const LookSamples& samples) {
+  /// Begins to sum the equations of these samples for score(); both lists must contain some. `feature`: features x
+  /// voxels, in the memory of the executor.
+  void begin(const float* feature, int voxels, const AppearanceSamples& samples) {
     std::vector<RowSample> all;
     all.reserve(samples.inside.size() + samples.outside.size());
     for (const bool in : {true, false}) {
-      const std::vector<ClassifierSample>& some = in ? samples.inside : samples.outside;
+      const std::vector<ClassifierSample>& of_class = in ? samples.inside : samples.outside;
       double total = 0;
-      for (const ClassifierSample& s : some) total += s.weight;
+      for (const ClassifierSample& s : of_class) total += s.weight;
       RowSample row{};
-      float weight = -1;  // of the sample before: long lists have few different ones
-      for (const ClassifierSample& s : some) {
+      float weight = -1;  // of the sample before; long lists have few different weights
+      for (const ClassifierSample& s : of_class) {
         if (s.weight != weight) {
           weight = s.weight;
           const float share = static_cast<float>(weight / total), root = std::sqrt(share);
-          row.scale = std::sqrt(share * 2 / settings_.terms), row.right = in ? root : -root;
+          row.scale = std::sqrt(share * 2 / settings_.terms), row.label = in ? root : -root;
         }
         row.voxel = s.voxel;
         all.push_back(row);
@@ -155,11 +158,11 @@ class ParallelLooks {
     }
     const int count = static_cast<int>(all.size()), tiles = width_ / ProductsOfRows::kTile, size = width_ * width_,
               parts = (count + ProductsOfRows::kRows - 1) / ProductsOfRows::kRows;
-    // A row more than there are: where the products are summed in order, what GCC 12.2 makes of it for vector registers
-    // reads one row ahead (https://gcc.gnu.org/PR107451), and takes nothing of it.
-    const std::size_t room = (std::size_t(count) + 1) * width_;
-    if (rows_.size() < room) {
-      rows_ = executor_.template array<float>(room);
+    // One more row: code that GCC 12.2 vectorises for the sums of the products reads one row beyond the last
+    // (https://gcc.gnu.org/PR107451) without using it.
+    const std::size_t size_of_rows = (std::size_t(count) + 1) * width_;
+    if (rows_.size() < size_of_rows) {
+      rows_ = executor_.template array<float>(size_of_rows);
       parts_ = executor_.template array<float>(std::size_t(parts) * size);
     }
     terms_ = {settings_.terms, features_, voxels, frequency_.data(), phase_.data(), feature};
@@ -169,19 +172,19 @@ class ParallelLooks {
     executor_.each(size, SumOfParts{width_, parts, parts_.data(), sum_.data()});
     fetched_ = executor_.fetch(sum_.data(), size);
   }
-  /// Waits for the equations, solves them, and scores all voxels.
-  void score(const Constraint* known, float open_side, float* score, std::uint8_t* open) {
+  /// Waits for the equations, solves them, and computes the scores of all voxels.
+  void score(const Constraint* constraints, float open_side, float* score, std::uint8_t* open) {
     received_.resize(std::size_t(width_) * width_);
     executor_.receive(fetched_, std::span<float>(received_));
-    // What is below the diagonal row by row is what is above it column by column.
+    // Read by columns, the lower triangle of `sum_` is the upper one.
     const Eigen::Map<const Eigen::MatrixXf> sum(received_.data(), width_, width_);
     const int n = settings_.terms;
     const std::vector<float> weights = term_weights(sum.topLeftCorner(n, n).transpose(), sum.col(n).head(n), settings_);
     executor_.template upload<float>(weights, weight_.data());
-    executor_.each_lanes(terms_.voxels, ScoreOfLooks{terms_, weight_.data(), known, open_side, score, open});
+    executor_.each_lanes(terms_.voxels, AppearanceScore{terms_, weight_.data(), constraints, open_side, score, open});
   }
-  /// The memory of the equations goes until the next time.
-  void put_work_away() { rows_ = {}, parts_ = {}, received_ = {}; }
+  /// Releases the memory of the equations until the next update.
+  void release_workspace() { rows_ = {}, parts_ = {}, received_ = {}; }
   std::size_t bytes() const {
     return frequency_.bytes() + phase_.bytes() + weight_.bytes() + sum_.bytes() + rows_.bytes() + parts_.bytes() +
            samples_.bytes();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "field/seed_reach.h"
+#include "field/seed_scale.h"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ Volume ball(double radius_mm, double noise, const Eigen::Vector3d& middle = {40,
 TEST(SeedReach, OfASmallBallExtendsToTheWall) {
   for (const double noise : {0.0, 5.0})
     for (const double radius : {8.0, 10.0}) {
-      const double reach = seed_scale(ball(16, noise), {40, 40, 40}, radius).reach_mm;
+      const double reach = seed_scale(ball(16, noise), {40, 40, 40}, radius).scale_mm;
       EXPECT_GT(reach, 0.85 * 16) << radius << ' ' << noise;
       EXPECT_LE(reach, 16.5) << radius << ' ' << noise;
     }
@@ -41,16 +41,16 @@ TEST(SeedReach, OfASmallBallExtendsToTheWall) {
 
 TEST(SeedReach, OfALargeEnoughBallIsItsRadius) {
   for (const double radius : {14.0, 16.0, 20.0})
-    EXPECT_DOUBLE_EQ(seed_scale(ball(16, 5), {40, 40, 40}, radius).reach_mm, radius);
+    EXPECT_DOUBLE_EQ(seed_scale(ball(16, 5), {40, 40, 40}, radius).scale_mm, radius);
 }
 
-TEST(SeedReach, IsAtMostTwice) { EXPECT_DOUBLE_EQ(seed_scale(ball(16, 5), {40, 40, 40}, 6.0).reach_mm, 12.0); }
+TEST(SeedReach, IsAtMostTwice) { EXPECT_DOUBLE_EQ(seed_scale(ball(16, 5), {40, 40, 40}, 6.0).scale_mm, 12.0); }
 
 TEST(SeedReach, WithoutAWallIsTheRadius) {
   const SeedScale scale = seed_scale(ball(200, 5), {40, 40, 40}, 8);
-  EXPECT_DOUBLE_EQ(scale.reach_mm, 8);
-  EXPECT_FALSE(scale.has_wall);
-  EXPECT_TRUE(seed_scale(ball(16, 5), {40, 40, 40}, 8).has_wall);
+  EXPECT_DOUBLE_EQ(scale.scale_mm, 8);
+  EXPECT_FALSE(scale.has_edges);
+  EXPECT_TRUE(seed_scale(ball(16, 5), {40, 40, 40}, 8).has_edges);
 }
 
 TEST(SeedReach, VoxelsThatAreNotFiniteAreAWall) {
@@ -58,9 +58,9 @@ TEST(SeedReach, VoxelsThatAreNotFiniteAreAWall) {
   const Volume like = ball(16, 0);
   for (std::size_t v = 0; v < image.voxels<float>().size(); ++v)
     if (like.voxels<float>()[v] < 100) image.voxels<float>()[v] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_NEAR(seed_scale(image, {40, 40, 40}, 9).reach_mm, 0.85 * 16, 1.5);
+  EXPECT_NEAR(seed_scale(image, {40, 40, 40}, 9).scale_mm, 0.85 * 16, 1.5);
   for (float& x : image.voxels<float>()) x = std::numeric_limits<float>::infinity();
-  EXPECT_DOUBLE_EQ(seed_scale(image, {40, 40, 40}, 9).reach_mm, 9);
+  EXPECT_DOUBLE_EQ(seed_scale(image, {40, 40, 40}, 9).scale_mm, 9);
 }
 
 }  // namespace
