@@ -9,6 +9,7 @@ void add_study(const Subcommand& app, Action& action) {
   const Subcommand sub = app.add_subcommand("study", "Measures the program and writes tables and plots");
   sub.require_subcommand();
   add_study_error_time(sub, action);
+  add_study_field_error_time(sub, action);
   add_study_field_stability(sub, action);
   add_study_stability(sub, action);
 }

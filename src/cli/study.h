@@ -9,6 +9,7 @@ namespace simplexseg {
 
 // Each function adds one study and has its own source file.
 void add_study_error_time(const Subcommand& studies, Action& action);
+void add_study_field_error_time(const Subcommand& studies, Action& action);
 void add_study_field_stability(const Subcommand& studies, Action& action);
 void add_study_stability(const Subcommand& studies, Action& action);
 

@@ -247,6 +247,10 @@ TEST_F(BadInput, Usage) {
   expect_rejected({"study", "stability", "--out", path("x"), "--threads", "-1"}, "-1");
   expect_rejected({"study", "field-stability"}, "--out");
   expect_rejected({"study", "field-stability", "--out", path("x"), "--backend", "abacus"}, "abacus");
+  expect_rejected({"study", "field-error-time", "--out", path("x")}, "IMAGE");
+  expect_rejected({"study", "field-error-time", path("none.nii"), path("none.nii"), "--out", path("x")}, "none.nii");
+  expect_rejected(
+      {"study", "field-error-time", path("none.nii"), path("none.nii"), "--out", path("x"), "--clicks", "-1"}, "-1");
   expect_rejected({"phantom", "spere", path("out.nii")}, "spere");
   expect_rejected({"phantom", "sphere", path("out.nii"), path("two.nii")}, "OUT");
   expect_rejected({"phantom", "label-image", path("truth.nii.gz")}, "LABELS");
