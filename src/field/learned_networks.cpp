@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written by scripts/learn_prior. Layers of numbers, as PriorNetworks::text writes them.
+// Written by scripts/learn_prior. Names of features and layers of numbers, as PriorNetworks::text writes them.
 #include "field/prior_network.h"
 
 namespace simplexseg {
@@ -7,6 +7,9 @@ namespace {
 
 constexpr const char* kMarks = R"(
 21
+appearance geodesic_ratio random_walk distance_in_scales distance_in_radii outside_distance edges_inside
+edges_outside z_score z_score_second z_score_third line_largest line_mean line_clear line_clear_length
+scale_in_radii blocks_per_scale noise spread shell_contrast mark_count
 -0.5078 -0.3376 -3.196 1.118 1.339 1.514 -1.012 -2.033 4.395 4.555 4.178 5.033 2.651 0.5536 0.3432 0.06686 2.031
 -3.409 -3.26 3.639 0.3797
 1.64 2.02 0.3396 1.801 1.524 3.219 1.054 1.357 0.4709 0.4919 0.4819 0.594 0.6882 3.343 1.364 5.593 1.359 2.352 2.035
@@ -106,6 +109,8 @@ constexpr const char* kMarks = R"(
 
 constexpr const char* kUpdate = R"(
 12
+marks_output previous_field across_in_depths distance_in_depths distance_in_scales edges intensity_difference
+depth_in_scales along_in_depths depth_in_blocks mark_count across_in_blocks
 -0.5867 -0.1284 -0.4428 2.45 1.357 -0.9272 2.15 -1.084 2.325 0.9299 1.916 -0.895
 0.1962 1.14 0.2073 1.258 1.558 1.147 0.6092 1.233 1.172 1.62 1.634 0.1634
 3

@@ -40,7 +40,53 @@ struct IntensityZScore {
 /// geodesic distances to the marks, distances in object scales, intensities on the straight line to the nearest inside
 /// mark. The output of their network is the foreground probability. Source: docs/mathematics.md 8.4.
 struct MarkView {
-  static constexpr int kFeatures = 21;
+  /// Features, in the order of the inputs of the network; formulas: docs/mathematics.md 8.4.
+  enum Feature {
+    kAppearance,
+    kGeodesicRatio,
+    kRandomWalk,
+    kDistanceInScales,
+    kDistanceInRadii,
+    kOutsideDistance,
+    kEdgesInside,
+    kEdgesOutside,
+    kZScore,
+    kZScoreSecond,
+    kZScoreThird,
+    kLineLargest,
+    kLineMean,
+    kLineClear,
+    kLineClearLength,
+    kScaleInRadii,
+    kBlocksPerScale,
+    kNoise,
+    kSpread,
+    kShellContrast,
+    kMarkCount,
+    kFeatures
+  };
+  /// Names of the features, stored with the weights of the network.
+  static constexpr std::array<const char*, kFeatures> kFeatureNames = {"appearance",
+                                                                       "geodesic_ratio",
+                                                                       "random_walk",
+                                                                       "distance_in_scales",
+                                                                       "distance_in_radii",
+                                                                       "outside_distance",
+                                                                       "edges_inside",
+                                                                       "edges_outside",
+                                                                       "z_score",
+                                                                       "z_score_second",
+                                                                       "z_score_third",
+                                                                       "line_largest",
+                                                                       "line_mean",
+                                                                       "line_clear",
+                                                                       "line_clear_length",
+                                                                       "scale_in_radii",
+                                                                       "blocks_per_scale",
+                                                                       "noise",
+                                                                       "spread",
+                                                                       "shell_contrast",
+                                                                       "mark_count"};
   static constexpr int kMostSteps = 20;
   static constexpr float kEdgeZScore = 3;                         // z-score of other tissue on the line
   static constexpr float kFarthestMark = 5;                       // object scales
@@ -107,26 +153,26 @@ struct MarkView {
     const float y = smaller(larger(walker[v], kLeastWalkerProbability), 1 - kLeastWalkerProbability);
     const float distance = std::sqrt(from_inside[v]), scales = distance / scale_mm;
     const Line line = line_to(v);
-    set(0, score[v]);
-    set(1, use_geodesic ? (out - in) / (out + in + 1e-3f) : 0.0f);
-    set(2, use_random_walk ? std::log(y / (1 - y)) : 0.0f);
-    set(3, std::log(scales + 0.1f));
-    set(4, std::log(distance / balls[nearest[v]].radius_mm + 0.1f));
-    set(5, std::log(smaller(std::sqrt(from_outside[v]) / scale_mm, kFarthestMark) + 0.1f));
-    set(6, std::log(edges_in[v] + 0.05f));
-    set(7, std::log(smaller(edges_out[v], 100.0f) + 0.05f));
-    set(8, image_z_score(v));
-    for (int s = 1; s < 3; ++s) set(8 + s, z_score(s, smoothed[s - 1][v]));
-    set(11, line.largest);
-    set(12, line.mean);
-    set(13, line.clear);
-    set(14, std::log(line.clear * scales + 0.1f));
-    set(15, std::log(scale_mm / radius_mm));
-    set(16, std::log(scale_mm / least_spacing_mm));
-    set(17, std::log(noise));
-    set(18, -std::log(z_score.inverse_deviation[0]));
-    set(19, shell_contrast);
-    set(20, std::log(static_cast<float>(marks)));
+    set(kAppearance, score[v]);
+    set(kGeodesicRatio, use_geodesic ? (out - in) / (out + in + 1e-3f) : 0.0f);
+    set(kRandomWalk, use_random_walk ? std::log(y / (1 - y)) : 0.0f);
+    set(kDistanceInScales, std::log(scales + 0.1f));
+    set(kDistanceInRadii, std::log(distance / balls[nearest[v]].radius_mm + 0.1f));
+    set(kOutsideDistance, std::log(smaller(std::sqrt(from_outside[v]) / scale_mm, kFarthestMark) + 0.1f));
+    set(kEdgesInside, std::log(edges_in[v] + 0.05f));
+    set(kEdgesOutside, std::log(smaller(edges_out[v], 100.0f) + 0.05f));
+    set(kZScore, image_z_score(v));
+    for (int s = 1; s < 3; ++s) set(kZScore + s, z_score(s, smoothed[s - 1][v]));
+    set(kLineLargest, line.largest);
+    set(kLineMean, line.mean);
+    set(kLineClear, line.clear);
+    set(kLineClearLength, std::log(line.clear * scales + 0.1f));
+    set(kScaleInRadii, std::log(scale_mm / radius_mm));
+    set(kBlocksPerScale, std::log(scale_mm / least_spacing_mm));
+    set(kNoise, std::log(noise));
+    set(kSpread, -std::log(z_score.inverse_deviation[0]));
+    set(kShellContrast, shell_contrast);
+    set(kMarkCount, std::log(static_cast<float>(marks)));
   }
 };
 

@@ -26,6 +26,8 @@ std::string PriorNetwork::text() const {
   std::ostringstream out;
   out.precision(4);
   out << features() << '\n';
+  for (const std::string& name : feature_names) out << name << ' ';
+  out << '\n';
   for (const std::vector<float>* numbers : {&centre, &scale}) {
     for (const float x : *numbers) out << x << ' ';
     out << '\n';
@@ -45,6 +47,8 @@ PriorNetwork PriorNetwork::read(std::istream& in) {
   PriorNetwork network;
   int features = 0, layers = 0, width = 0;
   if (in >> features && is_width(features)) {
+    network.feature_names.resize(features);
+    for (std::string& name : network.feature_names) in >> name;
     read_numbers(in, network.centre, features);
     read_numbers(in, network.scale, features);
     in >> layers;
@@ -74,7 +78,8 @@ std::string PriorNetworks::text() const { return marks.text() + update.text(); }
 PriorNetworks PriorNetworks::parse(const std::string& text) {
   std::istringstream in(text);
   PriorNetworks networks{PriorNetwork::read(in), PriorNetwork::read(in)};
-  if (networks.marks.features() != MarkView::kFeatures || networks.update.features() != UpdateView::kFeatures)
+  if (!std::ranges::equal(networks.marks.feature_names, MarkView::kFeatureNames) ||
+      !std::ranges::equal(networks.update.feature_names, UpdateView::kFeatureNames))
     throw Error("the networks of the field's prior", "they were trained on other features", "train them again");
   return networks;
 }

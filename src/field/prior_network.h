@@ -32,6 +32,7 @@ struct PriorNetwork {
     std::vector<float> weight;  ///< out x in, row by row
     std::vector<float> bias;    ///< out
   };
+  std::vector<std::string> feature_names;
   std::vector<float> centre, scale;  ///< a value for each feature, normalised_input()
   std::vector<Layer> layers;
 
@@ -50,7 +51,7 @@ struct PriorNetworks {
 
   /// Both networks as text, in this order.
   std::string text() const;
-  /// Reads the output of text(); throws Error for any other input, and for networks with other numbers of features.
+  /// Reads the output of text(); throws Error for any other input, and for networks of other features.
   static PriorNetworks parse(const std::string& text);
 };
 

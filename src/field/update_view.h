@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Features of the network of new marks.
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -30,7 +31,27 @@ SIMPLEXSEG_HD float inward_mm(float to_other_mm, bool inside, float least_spacin
 /// output of their network is the probability that the cell is on the side of that mark. Source:
 /// docs/mathematics.md 8.4.
 struct UpdateView {
-  static constexpr int kFeatures = 12;
+  /// Features, in the order of the inputs of the network; formulas: docs/mathematics.md 8.4.
+  enum Feature {
+    kMarksOutput,
+    kPreviousField,
+    kAcrossInDepths,
+    kDistanceInDepths,
+    kDistanceInScales,
+    kEdges,
+    kIntensityDifference,
+    kDepthInScales,
+    kAlongInDepths,
+    kDepthInBlocks,
+    kMarkCount,
+    kAcrossInBlocks,
+    kFeatures
+  };
+  /// Names of the features, stored with the weights of the network.
+  static constexpr std::array<const char*, kFeatures> kFeatureNames = {
+      "marks_output",       "previous_field",  "across_in_depths",     "distance_in_depths",
+      "distance_in_scales", "edges",           "intensity_difference", "depth_in_scales",
+      "along_in_depths",    "depth_in_blocks", "mark_count",           "across_in_blocks"};
   const float* image;                             ///< smoothed
   const std::uint8_t *previous, *prior_of_marks;  ///< previous field, 0 unknown; output of the network of all marks
   const NewMarkVoxel* balls;                      ///< of the new marks
@@ -51,18 +72,18 @@ struct UpdateView {
     const float distance = std::sqrt(square[v]);
     const float across = away / depth;  // about -1 at the mark
     const float along = std::sqrt(larger(square[v] / (depth * depth) - (across + 1) * (across + 1), 0.0f));
-    set(0, side * std::log(p / (1 - p)));
-    set(1, side * signed_previous);
-    set(2, smaller(larger(across, -8.0f), 8.0f));
-    set(3, std::log(distance / depth + 0.2f));
-    set(4, std::log(distance * per_scale + 0.05f));
-    set(5, std::log(edges[v] + 0.05f));
-    set(6, smaller(std::fabs(image[v] - mark.intensity) * per_noise, 5.0f));
-    set(7, std::log(depth * per_scale));
-    set(8, std::log(along + 0.3f));
-    set(9, std::log(depth / least_spacing_mm));
-    set(10, std::log(marks));
-    set(11, smaller(larger(away / least_spacing_mm, -8.0f), 8.0f));
+    set(kMarksOutput, side * std::log(p / (1 - p)));
+    set(kPreviousField, side * signed_previous);
+    set(kAcrossInDepths, smaller(larger(across, -8.0f), 8.0f));
+    set(kDistanceInDepths, std::log(distance / depth + 0.2f));
+    set(kDistanceInScales, std::log(distance * per_scale + 0.05f));
+    set(kEdges, std::log(edges[v] + 0.05f));
+    set(kIntensityDifference, smaller(std::fabs(image[v] - mark.intensity) * per_noise, 5.0f));
+    set(kDepthInScales, std::log(depth * per_scale));
+    set(kAlongInDepths, std::log(along + 0.3f));
+    set(kDepthInBlocks, std::log(depth / least_spacing_mm));
+    set(kMarkCount, std::log(marks));
+    set(kAcrossInBlocks, smaller(larger(away / least_spacing_mm, -8.0f), 8.0f));
   }
 
   /// Whether the nearest new ball of a voxel is an inside one.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "core/error.h"
@@ -19,6 +20,7 @@ namespace {
 /// Network sigmoid(2 max(0, a - b) - max(0, b) + 0.5) with a, b = 2 (feature - 1).
 PriorNetwork small_network() {
   PriorNetwork network;
+  network.feature_names = {"first", "second"};
   network.centre = {1, 1};
   network.scale = {2, 2};
   network.layers = {{2, 2, {1, -1, 0, 1}, {0, 0}}, {2, 1, {2, -1}, {0.5f}}};
@@ -67,6 +69,7 @@ PriorNetwork read(const std::string& text) {
 
 TEST(PriorNetwork, IsRestoredFromItsText) {
   const PriorNetwork again = read(small_network().text());
+  EXPECT_EQ(again.feature_names, small_network().feature_names);
   EXPECT_EQ(again.centre, small_network().centre);
   ASSERT_EQ(again.layers.size(), 2u);
   EXPECT_EQ(again.layers[0].weight, small_network().layers[0].weight);
@@ -77,7 +80,7 @@ TEST(PriorNetwork, OtherTextIsRefused) {
   std::string cut = small_network().text();
   cut.resize(cut.size() / 2);
   for (const std::string& text : {std::string(), std::string("a network"), std::string("9999 1 1"),
-                                  std::string("2 1 1 1 1 0"), cut, std::string("2 1 1 1 1 1 3 1 0 0 0 0")})
+                                  std::string("2 a b 1 1 1 1 0"), cut, std::string("2 a b 1 1 1 1 1 3 1 0 0 0 0")})
     EXPECT_THROW(read(text), Error) << text;
 }
 
@@ -94,6 +97,14 @@ TEST(PriorNetworks, ASingleOrSwappedNetworkIsRefused) {
   const PriorNetworks& own = learned_networks();
   EXPECT_THROW(PriorNetworks::parse(own.marks.text()), Error);
   EXPECT_THROW(PriorNetworks::parse(own.update.text() + own.marks.text()), Error);
+}
+
+TEST(PriorNetworks, NetworksOfOtherFeaturesAreRefused) {
+  PriorNetworks other = learned_networks();
+  std::swap(other.marks.feature_names[3], other.marks.feature_names[4]);
+  EXPECT_THROW(PriorNetworks::parse(other.text()), Error);
+  const auto& names = MarkView::kFeatureNames;
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
 }
 
 }  // namespace

@@ -92,6 +92,7 @@ void train(std::vector<std::string> words) {
     for (std::size_t n = 0; n + 1 < several.size(); n += 2) pairs.push_back(joined(several[n], several[n + 1]));
     several = std::move(pairs);
   }
+  several.front().feature_names = network.feature_names;
   network = several.front();
   const Judgement learned = judge(network, data.learned);
   std::printf("%-12s learned from %zu: loss %.4f, wrong %.4f", words[3].c_str(), data.learned.size(), learned.loss,
@@ -130,7 +131,8 @@ void print_numbers(const char* name, const PriorNetwork& network) {
 void embed(const PriorNetworks& networks) {
   std::printf(
       "// SPDX-License-Identifier: Apache-2.0\n"
-      "// Written by scripts/learn_prior. Layers of numbers, as PriorNetworks::text writes them.\n"
+      "// Written by scripts/learn_prior. Names of features and layers of numbers, as PriorNetworks::text writes "
+      "them.\n"
       "#include \"field/prior_network.h\"\n\nnamespace simplexseg {\nnamespace {\n\n");
   print_numbers("kMarks", networks.marks);
   print_numbers("kUpdate", networks.update);
