@@ -16,11 +16,12 @@
 #include "cli/click_picture.h"
 #include "cli/commands.h"
 #include "cli/mesh_subject.h"
+#include "cli/reference_mask.h"
 #include "cli/study.h"
 #include "core/error.h"
 #include "core/number_text.h"
 #include "core/thread_pool.h"
-#include "field/evidence_field.h"
+#include "field/field_subject.h"
 #include "field/prior_network.h"
 #include "field/robot_user.h"
 #include "io/labels/label_file.h"
@@ -109,39 +110,14 @@ void check_settings(const ClicksOptions& options) {
   for (const std::string& setting : options.settings_of_mesh) set_by_path(scene, setting);
 }
 
-/// Truth of a label, on the grid of the image. Throws Error for another grid or a label without voxels.
-Mask truth_of(LabelFile& labels, const std::optional<double>& label, const VolumeGeometry& grid,
-              const ClicksOptions& options) {
-  const LoadedLabels& loaded = labels.labels({.label = label});
-  if (!grid.same_grid(loaded.volume.geometry()))
-    throw Error("cannot use " + quoted(options.labels) + " as the truth for " + quoted(options.image),
-                "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
-  Mask truth = mask_of(loaded.volume, label);
-  if (std::find(truth.voxels.begin(), truth.voxels.end(), 1) == truth.voxels.end())
-    throw Error("cannot use " + quoted(options.labels) + " as the truth",
-                label ? "no voxel has the label " + exact_text(*label) : "all voxels are 0",
-                "give a label that occurs");
-  truth.geometry = grid;  // the grids are equal up to rounding
-  return truth;
-}
-
 /// Evidence field without a mesh.
-class FieldSubject : public ClickSubject {
+class FieldWithoutMesh : public FieldSubject<ClickSubject> {
  public:
-  FieldSubject(const Volume& image, const RunJobs& run, const EvidenceSettings& settings, const MakeFieldSolver& make)
-      : field_(image, run, settings, make) {}
-  Mask segment(std::span<const Mark> marks) override {
-    field_.update(marks);
-    return field_.object();
-  }
-  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
-  Mask field_object() const override { return field_.object(); }
-  bool leaks() const override { return field_.report().leaks; }
-  double expected_dice() const override { return field_.report().expected_dice; }
+  using FieldSubject::FieldSubject;
+  Mask field_object() const override { return field().object(); }
+  bool leaks() const override { return field().report().leaks; }
+  double expected_dice() const override { return field().report().expected_dice; }
   int folded() const override { return 0; }
-
- private:
-  EvidenceField field_;
 };
 
 /// Field and mesh after a click.
@@ -282,7 +258,8 @@ void clicks(const ClicksOptions& options, const Console& console) {
   std::vector<std::optional<double>> label_values(options.label.begin(), options.label.end());
   if (label_values.empty()) label_values.push_back(std::nullopt);
   LabelFile labels(options.labels);
-  for (const std::optional<double>& label : label_values) truth_of(labels, label, image.geometry(), options);
+  for (const std::optional<double>& label : label_values)
+    reference_mask(labels, label, image.geometry(), options.labels, options.image);
   print_warnings(labels.labels({.label = label_values.back()}).warnings, console);
   RobotSettings robot = options.settings;
   if (options.robot == "mixed") robot.click_kind = RobotClickKind::Mixed;
@@ -294,13 +271,13 @@ void clicks(const ClicksOptions& options, const Console& console) {
     Progress progress(console, "clicking");
     const double all = static_cast<double>(label_values.size()) * (options.settings.most_clicks + 1);
     for (const std::optional<double>& label : label_values) {
-      const Mask truth = truth_of(labels, label, image.geometry(), options);
+      const Mask truth = reference_mask(labels, label, image.geometry(), options.labels, options.image);
       const Mask part = largest_part(truth);
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
       std::unique_ptr<ClickSubject> subject;
       if (options.robot == "mark")
-        subject = std::make_unique<FieldSubject>(image, run, settings, engine_for(options.backend, threads).fields);
+        subject = std::make_unique<FieldWithoutMesh>(image, run, settings, engine_for(options.backend, threads).fields);
       else
         subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings,
                                                 options.backend, threads);

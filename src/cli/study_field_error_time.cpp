@@ -7,6 +7,7 @@
 
 #include "app/progress.h"
 #include "app/simulate.h"
+#include "cli/reference_mask.h"
 #include "cli/study.h"
 #include "core/number_text.h"
 #include "core/thread_pool.h"
@@ -29,22 +30,6 @@ struct StudyFieldErrorTimeOptions {
   int threads = 0, clicks = 5;
 };
 
-/// Largest part of a label, on the grid of the image. Throws Error for another grid or a label without voxels.
-Mask object_of(LabelFile& labels, const std::optional<double>& label, const VolumeGeometry& grid,
-               const StudyFieldErrorTimeOptions& options) {
-  const LoadedLabels& loaded = labels.labels({.label = label});
-  if (!grid.same_grid(loaded.volume.geometry()))
-    throw Error("cannot use " + quoted(options.labels) + " as the reference for " + quoted(options.image),
-                "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
-  Mask object = mask_of(loaded.volume, label);
-  if (std::ranges::find(object.voxels, std::uint8_t{1}) == object.voxels.end())
-    throw Error("cannot use " + quoted(options.labels) + " as the reference",
-                label ? "no voxel has the label " + exact_text(*label) : "all voxels are 0",
-                "give a label that occurs");
-  object.geometry = grid;  // the grids are equal up to rounding
-  return largest_part(object);
-}
-
 void write_plots(const fs::path& folder, const FieldErrorTime& one) {
   const auto write_both = [&](const std::string& what, const Plot& plot) {
     for (const char* extension : {".svg", ".png"})
@@ -59,16 +44,15 @@ void write_plots(const fs::path& folder, const FieldErrorTime& one) {
 
 void run_field_error_time_study(const StudyFieldErrorTimeOptions& options, const Console& console) {
   const Interrupt interrupt;
-  const std::string unavailable = cuda_unavailable_reason();
-  if (options.backend == "cuda" && !unavailable.empty()) throw Error("backend cuda", unavailable, "use --backend cpu");
-  const bool cuda = options.backend == "cuda" || (options.backend == "auto" && unavailable.empty());
+  const bool cuda = chooses_cuda(options.backend);
   const MakeFieldSolver make = cuda ? MakeFieldSolver(make_cuda_field_solver) : make_cpu_field_solver;
   require_writable_folder(options.folder);
   const Volume image = read_volume(options.image);
   LabelFile labels(options.labels);
   std::vector<std::optional<double>> values(options.label.begin(), options.label.end());
   if (values.empty()) values.push_back(std::nullopt);
-  for (const std::optional<double>& value : values) object_of(labels, value, image.geometry(), options);
+  for (const std::optional<double>& value : values)
+    reference_mask(labels, value, image.geometry(), options.labels, options.image);
   make_folder(options.folder);
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   ThreadPool pool(options.threads > 0 ? options.threads : cores);
@@ -94,7 +78,7 @@ void run_field_error_time_study(const StudyFieldErrorTimeOptions& options, const
       Interrupt::check();
     };
     for (const std::optional<double>& value : values) {
-      const Mask object = object_of(labels, value, image.geometry(), options);
+      const Mask object = largest_part(reference_mask(labels, value, image.geometry(), options.labels, options.image));
       FieldErrorTime& one = all.emplace_back();
       const std::string stem = fs::path(options.image).filename().string();
       one.name = stem.substr(0, stem.find(".nii")) + (value ? "-" + exact_text(*value) : "");
@@ -135,11 +119,7 @@ void add_study_field_error_time(const Subcommand& studies, Action& action) {
       .required()
       .not_empty();
   sub.add_option("--clicks", options->clicks, "Largest number of clicks after the seed").within(0, 100).show_default();
-  sub.add_option("--backend", options->backend,
-                 "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
-      .one_of({"auto", "cpu", "cuda"})
-      .show_default();
-  sub.add_option("--threads", options->threads, "CPU threads; 0: all cores").within(0, 1024).show_default();
+  add_processor_options(sub, options->backend, options->threads);
   sub.callback([options, &action] {
     action = [options](const Console& console) { run_field_error_time_study(*options, console); };
   });

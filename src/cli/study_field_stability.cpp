@@ -21,9 +21,7 @@ struct StudyFieldStabilityOptions {
 };
 
 FieldBackend field_backend(const StudyFieldStabilityOptions& options, const std::shared_ptr<ThreadPool>& pool) {
-  const std::string unavailable = cuda_unavailable_reason();
-  if (options.backend == "cuda" && !unavailable.empty()) throw Error("backend cuda", unavailable, "use --backend cpu");
-  const bool cuda = options.backend == "cuda" || (options.backend == "auto" && unavailable.empty());
+  const bool cuda = chooses_cuda(options.backend);
   FieldBackend backend;
   backend.threads = pool->threads();
   backend.run = [pool](int jobs, const std::function<void(int)>& job) { pool->run(jobs, job); };
@@ -67,11 +65,7 @@ void add_study_field_stability(const Subcommand& studies, Action& action) {
                                                 "the expected ones; exit status 1 if one differs");
   const auto options = std::make_shared<StudyFieldStabilityOptions>();
   sub.add_option("--out", options->folder, "Output folder for the tables; created if missing").required().not_empty();
-  sub.add_option("--backend", options->backend,
-                 "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
-      .one_of({"auto", "cpu", "cuda"})
-      .show_default();
-  sub.add_option("--threads", options->threads, "CPU threads; 0: all cores").within(0, 1024).show_default();
+  add_processor_options(sub, options->backend, options->threads);
   sub.callback([options, &action] {
     action = [options](const Console& console) { run_field_stability_study(*options, console); };
   });

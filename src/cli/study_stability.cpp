@@ -56,11 +56,7 @@ void add_study_stability(const Subcommand& studies, Action& action) {
   sub.add_option("--out", options->folder, "Output folder for tables and plots; created if missing")
       .required()
       .not_empty();
-  sub.add_option("--backend", options->backend,
-                 "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
-      .one_of({"auto", "cpu", "cuda"})
-      .show_default();
-  sub.add_option("--threads", options->threads, "CPU threads; 0: all cores").within(0, 1024).show_default();
+  add_processor_options(sub, options->backend, options->threads);
   sub.callback(
       [options, &action] { action = [options](const Console& console) { run_stability_study(*options, console); }; });
 }

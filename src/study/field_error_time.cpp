@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/number_text.h"
-#include "field/evidence_field.h"
+#include "field/field_subject.h"
 #include "image/metrics.h"
 #include "study/forwarding_solver.h"
 
@@ -18,21 +18,6 @@ namespace {
 
 constexpr int kConvergedAfter = 60;          ///< cycles after which a solution counts as converged
 constexpr std::size_t kMostCells = 200'000;  ///< largest number of cells whose probabilities are compared
-
-/// Field under the clicks of the robot user.
-class FieldUnderClicks : public RobotSubject {
- public:
-  FieldUnderClicks(const Volume& image, const RunJobs& run, const MakeFieldSolver& make)
-      : field_(image, run, {}, make) {}
-  Mask segment(std::span<const Mark> marks) override {
-    field_.update(marks);
-    return field_.object();
-  }
-  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
-
- private:
-  EvidenceField field_;
-};
 
 /// Solver that computes kConvergedAfter cycles of each solution and records the last one. The inner solver must be
 /// limited to one cycle a call.
@@ -97,7 +82,7 @@ std::vector<RobotClick> robot_clicks(const Volume& image, const Mask& truth, int
                                      const MakeFieldSolver& make) {
   RobotSettings settings;
   settings.most_clicks = clicks;
-  FieldUnderClicks subject(image, run, make);
+  FieldSubject<> subject(image, run, {}, make);
   return run_robot(truth, subject, settings, [](int, const Mask&) {});
 }
 
