@@ -61,6 +61,7 @@ constexpr std::array kParts{
     Part{"geodesic", [](EvidenceSettings& s) { s.use_geodesic = false; }},
     Part{"random-walk", [](EvidenceSettings& s) { s.use_random_walk = false; }, "walk"},
     Part{"memory", [](EvidenceSettings& s) { s.memory = false; }},
+    Part{"far-memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
     Part{"far-change", [](EvidenceSettings& s) { s.far_change = 0; }},
     Part{"cut-sides", [](EvidenceSettings& s) { s.open_cut_sides = false; }},
@@ -354,8 +355,9 @@ void add_clicks(const Subcommand& app, Action& action) {
       .show_default();
   sub.add_option(
          "--without", options->without,
-         "Disable a part of the field: sharpness, prior, classifier, geodesic, random-walk, memory, open-sides, "
-         "far-change, cut-sides, surface, surface-offset or surface-memory; may be repeated; not with --robot none")
+         "Disable a part of the field: sharpness, prior, classifier, geodesic, random-walk, memory, far-memory, "
+         "open-sides, far-change, cut-sides, surface, surface-offset or surface-memory; may be repeated; not with "
+         "--robot none")
       .one_value_each();
   sub.add_option("--set", options->settings_of_mesh,
                  "Set a parameter of the mesh: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not with "

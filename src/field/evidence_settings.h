@@ -26,8 +26,10 @@ struct EvidenceSettings {
   double length_cost = 0.02;         ///< cost of a length of one block in geodesic distances of intensity changes
   double outside_marks_share = 0.5;  ///< least share of outside marks in the outside samples of the classifier;
                                      ///< the others are cells of the sides of the box
-  bool memory = true;     ///< whether the previous field is used; else all marks are used as in a first update
-  double far_change = 4;  ///< number of marks with which half of a change far from new marks remains; 0: all of it
+  bool memory = true;       ///< whether the previous field is used; else all marks are used as in a first update
+  double far_memory = 0.5;  ///< share of the previous field far from new marks
+  double far_depths = 1;    ///< distance at which that share begins, depths of the mark; complete at twice the distance
+  double far_change = 6;    ///< number of marks with which half of a change far from new marks remains; 0: all of it
   double far_change_depths = 3;         ///< distance at which half of that reduction applies, depths of the mark
   bool expected_dice_threshold = true;  ///< whether the prior is scaled to its threshold for the largest expected Dice
   double open_side = 0.2;               ///< appearance score above which sides of the box are not constrained

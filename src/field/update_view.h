@@ -59,6 +59,7 @@ struct UpdateView {
   const float *square, *edges;  ///< squared distance to it, mm^2; geodesic distance to new marks by cost_of_edges()
   const float* inward;          ///< inward_mm()
   float per_scale, least_spacing_mm, per_noise, marks;  ///< 1 / object scale, 1 / edge, number of all balls
+  float far_memory, far_depths;                         ///< EvidenceSettings
 
   SIMPLEXSEG_HD float depth_of(int v) const { return balls[nearest[v]].depth_mm + 0.5f * least_spacing_mm; }
 
@@ -88,10 +89,13 @@ struct UpdateView {
 
   /// Whether the nearest new ball of a voxel is an inside one.
   SIMPLEXSEG_HD bool nearest_is_inside(int v) const { return balls[nearest[v]].inside; }
-  /// Prior of a voxel, 0..255 for 0..1, from the output of the network: probability of the side of the nearest new
-  /// mark.
-  SIMPLEXSEG_HD std::uint8_t prior_of(int v, std::uint8_t same_side) const {
-    return nearest_is_inside(v) ? same_side : static_cast<std::uint8_t>(255 - same_side);
+  /// Prior of a voxel, 0..255 for 0..1, from the output of the network (probability of the side of the nearest new
+  /// mark), blended with the previous field far from that mark.
+  SIMPLEXSEG_HD std::uint8_t blend_previous(int v, std::uint8_t same_side) const {
+    const float now = nearest_is_inside(v) ? same_side : 255.0f - same_side;
+    const float depths = std::sqrt(square[v]) / depth_of(v);
+    const float share = previous[v] == 0 ? 0.0f : far_memory * smaller(larger(depths / far_depths - 1, 0.0f), 1.0f);
+    return static_cast<std::uint8_t>(now + share * (previous[v] - now) + 0.5f);
   }
 };
 

@@ -221,6 +221,7 @@ TEST_P(ParallelField, EveryPartCanBeSwitchedOff) {
         LeftOut{"geodesic", [](EvidenceSettings& s) { s.use_geodesic = false; }},
         LeftOut{"random walk", [](EvidenceSettings& s) { s.use_random_walk = false; }},
         LeftOut{"memory", [](EvidenceSettings& s) { s.memory = false; }},
+        LeftOut{"far memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
         LeftOut{"far change", [](EvidenceSettings& s) { s.far_change = 0; }},
         LeftOut{"expected-Dice threshold", [](EvidenceSettings& s) { s.expected_dice_threshold = false; }},
         LeftOut{"surface", [](EvidenceSettings& s) { s.band_half_width = 0; }},

@@ -217,17 +217,33 @@ class Reference {
     for (int v = 0; v < n_; ++v) inside[v] = new_balls_[nearest_new_[v]].inside;
     return inside;
   }
-  /// Prior of a block: output of the network of new marks for the side of the nearest one.
+  /// Prior of a block: output of the network of new marks for the side of the nearest one, and, from one to two depths
+  /// of that mark on, half of the previous field.
   double prior_of(int v, double same_side) const {
-    return new_balls_[nearest_new_[v]].inside ? same_side : 255 - same_side;
+    const NewMarkVoxel& mark = new_balls_[nearest_new_[v]];
+    const double now = mark.inside ? same_side : 255 - same_side,
+                 depths = std::sqrt(square_[v]) / (mark.depth_mm + 0.5 * least_spacing_mm());
+    const double old =
+        previous_[v] == 0 ? 0 : settings_.far_memory * std::clamp(depths / settings_.far_depths - 1, 0.0, 1.0);
+    return now + old * (previous_[v] - now);
   }
 
  private:
   UpdateView update_view(const std::vector<std::uint8_t>& prior_of_marks) const {
-    return {coarse_.smoothed.data(), previous_.data(),    prior_of_marks.data(),
-            new_balls_.data(),       nearest_new_.data(), square_.data(),
-            edges_to_new_.data(),    inward_.data(),      static_cast<float>(1 / story_.scale_mm()),
-            least_spacing_mm(),      1 / (3 * noise_),    static_cast<float>(balls_.size())};
+    return {coarse_.smoothed.data(),
+            previous_.data(),
+            prior_of_marks.data(),
+            new_balls_.data(),
+            nearest_new_.data(),
+            square_.data(),
+            edges_to_new_.data(),
+            inward_.data(),
+            static_cast<float>(1 / story_.scale_mm()),
+            least_spacing_mm(),
+            1 / (3 * noise_),
+            static_cast<float>(balls_.size()),
+            static_cast<float>(settings_.far_memory),
+            static_cast<float>(settings_.far_depths)};
   }
 
   const BoxGrid& grid() const { return coarse_.blocks.coarse; }

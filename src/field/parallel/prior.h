@@ -349,6 +349,8 @@ class ParallelPrior {
     view.per_scale = static_cast<float>(1 / scale_mm), view.least_spacing_mm = least_spacing_mm();
     view.per_noise = 1 / cost_of_edges(noise_of(inner_difference_)).edge;
     view.marks = static_cast<float>(ball_count);
+    view.far_memory = static_cast<float>(settings_.far_memory);
+    view.far_depths = static_cast<float>(settings_.far_depths);
     return view;
   }
 

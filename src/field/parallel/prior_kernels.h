@@ -133,7 +133,7 @@ struct PriorAfterUpdate {
   SIMPLEXSEG_HD void run(int v) const {
     std::uint8_t probability[kLanes];
     network.evaluate<kLanes>(view, v, probability);
-    for (int l = 0; l < kLanes; ++l) prior[v + l] = view.prior_of(v + l, probability[l]);
+    for (int l = 0; l < kLanes; ++l) prior[v + l] = view.blend_previous(v + l, probability[l]);
   }
 };
 
