@@ -142,6 +142,9 @@ std::optional<int> clicks_to(const Case& at, double level) {
   return std::nullopt;
 }
 
+/// The robot's reference is not empty.
+double volume_ratio(const RobotClick& click) { return click.agreement.test_mm3 / click.agreement.reference_mm3; }
+
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json case_json(const Case& at) {
@@ -164,7 +167,8 @@ Json case_json(const Case& at) {
                       {"folded", at.field[c].folded},
                       {"depth_mm", click.reach.depth_mm},
                       {"far_share", click.reach.far_share},
-                      {"farthest_mm", click.reach.farthest_mm}});
+                      {"farthest_mm", click.reach.farthest_mm},
+                      {"volume_ratio", volume_ratio(click)}});
   }
   for (const double level : kLevels) {
     const std::optional<int> needed = clicks_to(at, level);
@@ -185,13 +189,14 @@ std::vector<std::pair<std::string, std::string>> definitions() {
   all.emplace_back("far_share",
                    "voxels changed by the click farther than three depths from it, per voxel of the truth");
   all.emplace_back("farthest_mm", "distance from the click to the farthest voxel that it changed");
+  all.emplace_back("volume_ratio", "volume of the result, divided by that of the truth");
   return all;
 }
 
 std::string csv_text(const std::vector<Case>& cases) {
   std::string text =
       "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks,field_dice,dice_with_field,"
-      "folded,expected_dice,depth_mm,far_share,farthest_mm\n";
+      "folded,expected_dice,depth_mm,far_share,farthest_mm,volume_ratio\n";
   for (const Case& at : cases) {
     for (std::size_t c = 0; c < at.clicks.size(); ++c) {
       const RobotClick& click = at.clicks[c];
@@ -208,7 +213,8 @@ std::string csv_text(const std::vector<Case>& cases) {
       text.append(std::isfinite(expected) ? fixed_or_dash(expected, 4) : "");
       text.append(",").append(fixed_or_dash(click.reach.depth_mm, 4));
       text.append(",").append(fixed_or_dash(click.reach.far_share, 6));
-      text.append(",").append(fixed_or_dash(click.reach.farthest_mm, 4)).append("\n");
+      text.append(",").append(fixed_or_dash(click.reach.farthest_mm, 4));
+      text.append(",").append(fixed_or_dash(volume_ratio(click), 4)).append("\n");
     }
   }
   for (const auto& [key, definition] : definitions())

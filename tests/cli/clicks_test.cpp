@@ -40,6 +40,7 @@ TEST_F(Clicks, WriteEveryClickOfEveryLabel) {
     EXPECT_GT(at["clicks"].back()["dice"].get<double>(), 0.85);
     EXPECT_TRUE(at["clicks_to"]["0.80"].is_number());
     EXPECT_LT(at["clicks"].back()["hd95_mm"].get<double>(), 3);
+    EXPECT_NEAR(at["clicks"].back()["volume_ratio"].get<double>(), 1, 0.15);
     EXPECT_LT(at["clicks"].back()["assd_mm"].get<double>(), 1.5);
     for (std::size_t c = 1; c < at["clicks"].size(); ++c) {
       EXPECT_GE(at["clicks"][c]["depth_mm"].get<double>(), 1) << "at least one voxel is wrong";
@@ -51,7 +52,7 @@ TEST_F(Clicks, WriteEveryClickOfEveryLabel) {
   const nlohmann::json& definitions = json["metric_definitions"];
   EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')), lines + definitions.size());
   for (const char* key : {"dice", "hd95_mm", "assd_mm", "field_dice", "dice_with_field", "expected_dice", "folded",
-                          "depth_mm", "far_share", "farthest_mm"}) {
+                          "depth_mm", "far_share", "farthest_mm", "volume_ratio"}) {
     ASSERT_TRUE(definitions.contains(key)) << key;
     EXPECT_NE(csv.find(std::string("# ") + key + ": " + definitions[key].get<std::string>() + "\n"), std::string::npos);
   }
