@@ -23,6 +23,8 @@
 namespace simplexseg {
 namespace {
 
+constexpr double kLongestSettlingS = 60;
+
 void wait_until_s(double due_s) {
   const int ms = static_cast<int>(std::ceil(std::max(0.0, due_s - FrameStatistics::now_s()) * 1e3));
   QEventLoop loop;
@@ -121,7 +123,9 @@ QByteArray measure(MainWindow& window, double seconds) {
   if (bench.scene().meshes.empty()) throw Error("measurement", "the scene has no mesh", "give a scene with a mesh");
   FrameStatistics& statistics = window.loop().statistics();
   const auto bytes = [&] { return bench.session().engine().bytes_read_back(); };
-  bench.apply(SetSimulationParameter{find_parameter(simulation_table(), "rest_tolerance"), 0});
+  const int tolerance = find_parameter(simulation_table(), "rest_tolerance");
+  const float rest_tolerance = bench.scene().simulation.rest_tolerance_voxels;
+  bench.apply(SetSimulationParameter{tolerance, 0});
   wait_until_s(FrameStatistics::now_s() + 0.2);
   // Without recorded profiles the force Intensity profile has no effect.
   std::vector<ItemId> unrecorded;
@@ -136,13 +140,28 @@ QByteArray measure(MainWindow& window, double seconds) {
   const double start_s = FrameStatistics::now_s();
   const std::uint64_t bytes_at_start = bytes();
   statistics.start_recording();
-  wait_until_s(start_s + seconds / 2);
+  wait_until_s(start_s + seconds / 3);
   const FrameStatistics::Record simulating = statistics.stop_recording();
   const std::uint64_t bytes_between = bytes();
   statistics.start_recording();
-  const std::uint64_t bytes_to_begin = drag_point(window, point, start_s + seconds);
+  const std::uint64_t bytes_to_begin = drag_point(window, point, start_s + seconds * 2 / 3);
   const FrameStatistics::Record dragging = statistics.stop_recording();
   const std::uint64_t bytes_at_end = bytes();
+
+  // Meshes that settle sleep, as for a user.
+  bench.apply(SetSimulationParameter{tolerance, rest_tolerance});
+  const double deadline_s = FrameStatistics::now_s() + kLongestSettlingS;
+  wait_until_s(FrameStatistics::now_s() + 0.2);
+  while (!window.loop().settled() && FrameStatistics::now_s() < deadline_s)
+    wait_until_s(FrameStatistics::now_s() + 0.05);
+  const bool settled = window.loop().settled();
+  const std::uint64_t bytes_at_rest = bytes();
+  wait_until_s(FrameStatistics::now_s() + 0.5);
+  const std::uint64_t bytes_before_correction = bytes();
+  statistics.start_recording();
+  drag_point(window, point, FrameStatistics::now_s() + seconds / 3);
+  const FrameStatistics::Record correcting = statistics.stop_recording();
+  const std::uint64_t bytes_after_correction = bytes();
 
   QJsonObject json = describe(joined(simulating, dragging));
   qint64 vertices = 0;
@@ -161,6 +180,11 @@ QByteArray measure(MainWindow& window, double seconds) {
   second["bytes_read_back"] = static_cast<qint64>(bytes_at_end - bytes_between - bytes_to_begin);
   json["simulating"] = first;
   json["dragging"] = second;
+  QJsonObject third = describe(correcting);
+  third["settled_before"] = settled;
+  third["bytes_read_back_at_rest"] = static_cast<qint64>(bytes_before_correction - bytes_at_rest);
+  third["bytes_read_back"] = static_cast<qint64>(bytes_after_correction - bytes_before_correction);
+  json["correcting"] = third;
   return QJsonDocument(json).toJson(QJsonDocument::Indented);
 }
 

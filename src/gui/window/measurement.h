@@ -7,10 +7,16 @@ namespace simplexseg {
 class MainWindow;
 
 /// Runs the open scene in the window, which must be shown, and measures frames, steps, bytes read back from the device
-/// and latencies, as JSON. After one second of warm-up, the scene runs without input for the first half of `seconds`.
-/// During the second half, a boundary point is dragged in the axial view by mouse events, about every 30 ms, through
-/// the event loop. Meshes that settle continue to run, which keeps the load constant. A latency is measured from the
-/// time at which the event was due, so it includes the time in the queue. Throws Error if there is no mesh.
+/// and latencies, as JSON. Parts of equal length:
+/// - simulating: without input, after one second of warm-up. Meshes that settle continue to run, which keeps the load
+///   constant.
+/// - dragging: in addition, a boundary point is dragged in the axial view by mouse events, about every 30 ms, through
+///   the event loop.
+/// - correcting: meshes that settle sleep, as for a user. Once all have settled, which is waited for up to a minute,
+/// the
+///   point is dragged again.
+/// A latency is measured from the time at which the event was due, so it includes the time in the queue. Throws Error
+/// if there is no mesh.
 QByteArray measure(MainWindow& window, double seconds);
 
 }  // namespace simplexseg
