@@ -89,4 +89,12 @@ VoxelBox grow_around(const VoxelBox& box, const VoxelBox& object, const VolumeGe
   return grown;
 }
 
+bool VolumeInBoxes::add(double mm3, const VoxelBox& box) {
+  constexpr double kConstant = 1.05, kSpreading = 1.3;
+  if (constant_mm3_ > 0 && mm3 > kSpreading * constant_mm3_) return true;
+  if (last_mm3_ > 0 && mm3 <= kConstant * last_mm3_) constant_mm3_ = std::max(mm3, last_mm3_), constant_in_ = box;
+  last_mm3_ = mm3;
+  return false;
+}
+
 }  // namespace simplexseg

@@ -20,7 +20,10 @@ namespace {
 constexpr int kMostGrowths = 12;
 constexpr double kGrowingTolerance = 0.1;     // of the solver while the box grows
 constexpr double kLeakShare = 0.05;           // share of the object in the cells near the sides of the box
-constexpr double kLeastFill = 0.2;            // share of a spreading object in its bounding box; thin ones have less
+constexpr double kLeastFill = 0.2;            // least share of its bounding box in an object that is not thin
+constexpr double kSurelyLarge = 3;            // multiple of max_volume above which any object spreads
+constexpr double kTube = 0.25;                // middle extent of a tube, share of its largest
+constexpr double kPlate = 0.17;               // smallest extent of a plate, share of its middle one
 constexpr int kMostCutSides = 3;              // sides by which a corner of a box cuts an object
 constexpr double kHalfOffsetCorrections = 4;  // equal corrections with half of the largest offset
 constexpr double kHalfWeightMarks = 10;       // marks with half of the largest temporal weight
@@ -217,10 +220,20 @@ void EvidenceField::record(const FieldSolver::Solved& solved) {
   border_share_ = solved.border_share;
 }
 
+bool EvidenceField::is_thin() const {
+  Eigen::Array3d extent_mm = cells_.spacing_mm.array();
+  for (int a = 0; a < 3; ++a) extent_mm[a] *= bounds_.size[a];
+  const double volume_mm3 = extent_mm.prod();
+  std::sort(extent_mm.begin(), extent_mm.end());
+  const bool tube = extent_mm[1] < kTube * extent_mm[2], plate = extent_mm[0] < kPlate * extent_mm[1];
+  return tube || plate || object_mm3_ < kLeastFill * volume_mm3;
+}
+
 bool EvidenceField::spreads(const VoxelBox& grown) const {
   const double ball_mm3 = 4 * std::numbers::pi / 3 * std::pow(scale_mm_, 3);
-  const double box_mm3 = static_cast<double>(bounds_.voxel_count()) * cells_.spacing_mm.prod();
-  if (!has_edges_ || object_mm3_ <= settings_.max_volume * ball_mm3 || object_mm3_ < kLeastFill * box_mm3) return false;
+  if (!has_edges_ || object_mm3_ <= settings_.max_volume * ball_mm3 || is_thin()) return false;
+  if (object_mm3_ > kSurelyLarge * settings_.max_volume * ball_mm3) return true;
+  if (grown == box_) return false;
   int moved = 0;
   for (int a = 0; a < 3; ++a) {
     moved += grown.first[a] < box_.first[a];
@@ -271,25 +284,32 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
     box_solved();
   };
   VoxelBox before_growth = region_;
+  VolumeInBoxes volumes;
   const auto grows = [&] {
     if (report_.stopped || bounds_.voxel_count() == 0 || report_.growths == kMostGrowths) return false;
     const VoxelBox grown = grow_around(box_, bounds_, cells_);
-    if (grown == box_) return false;
-    if (spreads(grown)) {
+    const bool leaks = volumes.add(object_mm3_, region_) && !is_thin();
+    if (leaks || spreads(grown)) {
       report_.stopped = true;
       if (report_.growths == 0) return false;
-      set_region(before_growth);
+      set_region(leaks ? volumes.constant_in() : before_growth);
       return true;
     }
+    if (grown == box_) return false;
     before_growth = region_;
     set_region(voxels_around(grown, cell_, volume.size));
     tolerance = growing_tolerance;
     ++report_.growths;
     return true;
   };
+  const auto opens = [&] {
+    if (!open_cut_sides()) return false;
+    volumes = {};  // the object now extends to these sides
+    return true;
+  };
   do {
     do solve_in_box();
-    while (grows() || open_cut_sides());
+    while (grows() || opens());
     if (settings_.tolerance < tolerance) {
       progress.begin_pass(true);
       record(solver_->solve(settings_.tolerance, true));

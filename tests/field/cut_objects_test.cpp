@@ -110,22 +110,8 @@ Scene scene_of(const CutObject& object) {
   VolumeGeometry geometry;
   geometry.size = object.size;
   geometry.spacing_mm = {1, 1, object.thick};
-  Scene scene{Volume(geometry, VoxelType::Float32), {geometry, std::vector<std::uint8_t>(geometry.voxel_count())}};
-  std::uint64_t state = 1;
-  const auto uniform = [&] {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return static_cast<double>(state >> 33) / 2147483648.0;
-  };
-  std::size_t v = 0;
-  for (int k = 0; k < geometry.size[2]; ++k)
-    for (int j = 0; j < geometry.size[1]; ++j)
-      for (int i = 0; i < geometry.size[0]; ++i, ++v) {
-        const bool in = object.contains(geometry.world_from_index() * Eigen::Vector3d(i, j, k));
-        scene.truth.voxels[v] = in;
-        const double scatter = (uniform() + uniform() + uniform() + uniform() - 2) / 0.577;
-        scene.image.voxels<float>()[v] = static_cast<float>((in ? 150 : 50) + object.noise * scatter);
-      }
-  return scene;
+  return scene_of(
+      geometry, [&](const Eigen::Vector3d& p) { return object.contains(p) ? 150.0 : 50.0; }, object.noise);
 }
 
 double share_of_side(const Mask& truth, const Mask& found, int axis, bool last) {

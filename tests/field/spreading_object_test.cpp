@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Objects that spread into their surroundings, and large ones that do not (docs/adr/0046-objects-that-spread.md).
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "ellipsoid_scene.h"
+#include "field/evidence_box.h"
+#include "field/evidence_field.h"
+#include "image/metrics.h"
+
+namespace simplexseg {
+namespace {
+
+VoxelBox box_of(int size) { return {{0, 0, 0}, {size, size, size}}; }
+
+TEST(VolumeInBoxes, IncreasesWithoutAConstantVolumeAreGrowth) {
+  VolumeInBoxes volumes;
+  for (const int n : {1, 2, 4, 8, 16}) EXPECT_FALSE(volumes.add(100.0 * n, box_of(n)));
+}
+
+TEST(VolumeInBoxes, AnIncreaseAfterAConstantVolumeIsALeak) {
+  VolumeInBoxes volumes;
+  const double mm3[] = {100, 140, 146, 143, 160, 189};
+  for (int n = 0; n < 6; ++n) EXPECT_FALSE(volumes.add(mm3[n], box_of(n + 1))) << n;
+  EXPECT_TRUE(volumes.add(190, box_of(7))) << "more than 30% above 146";
+  EXPECT_EQ(volumes.constant_in(), box_of(4)) << "the last box in which the volume was constant";
+}
+
+VolumeGeometry grid_of(std::array<int, 3> size) {
+  VolumeGeometry geometry;
+  geometry.size = size;
+  return geometry;
+}
+
+TEST(SpreadingObject, AStraightTubeOfManyBallsIsNone) {
+  const auto tube = [](const Eigen::Vector3d& p) {
+    return std::hypot(p.x() - 15, p.y() - 15) <= 3 && p.z() >= 10 && p.z() <= 190 ? 100.0 : 0.0;
+  };
+  const Scene scene = scene_of(grid_of({31, 31, 200}), tube, 10);
+  EvidenceField field(scene.image);
+  field.update(std::vector{inside({15, 15, 100}, 2.5)});
+  EXPECT_FALSE(field.report().stopped);
+  EXPECT_FALSE(field.report().leaks);
+  EXPECT_GT(dice(scene.truth, field.object()), 0.9);
+}
+
+TEST(SpreadingObject, AStoppedOneKeepsItsLastBox) {
+  const auto ellipsoid = [](const Eigen::Vector3d& p) {
+    const Eigen::Vector3d d = p - Eigen::Vector3d(20, 20, 60);
+    return d.cwiseQuotient(Eigen::Vector3d(12, 12, 36)).norm() <= 1 ? 100.0 : 0.0;
+  };
+  const Scene scene = scene_of(grid_of({41, 41, 121}), ellipsoid, 10);
+  const auto solve = [&](double max_volume) {
+    EvidenceSettings settings;
+    settings.max_volume = max_volume;
+    EvidenceField field(scene.image, run_serially(), settings);
+    field.update(std::vector{inside({20, 20, 60}, 10)});
+    return std::pair(field.report().stopped, dice(scene.truth, field.object()));
+  };
+  const auto [stopped, small] = solve(0.5);  // the object has 5 balls
+  EXPECT_TRUE(stopped);
+  EXPECT_LT(small, 0.9);
+  const auto [stopped_later, whole] = solve(6);
+  EXPECT_FALSE(stopped_later);
+  EXPECT_GT(whole, 0.95);
+}
+
+}  // namespace
+}  // namespace simplexseg
