@@ -17,7 +17,7 @@ const ForceParameters& internal() {
   static const ForceParameters forces = with({{"smoothing", "weight", 0.4f}, {"shape_memory", "weight", 0.1f}});
   return forces;
 }
-const ForceParameters& all_forces() {
+const ForceParameters& one_of_each_force() {
   static const ForceParameters forces = with({{"smoothing", "weight", 0.4f},
                                               {"shape_memory", "weight", 0.1f},
                                               {"gradient", "weight", 0.2f},
@@ -106,10 +106,10 @@ TEST_P(SleepingMeshesTest, SleepDoesNotChangeOtherMeshes) {
     // Small meshes that end within a block, and a large one.
     expect_no_effect_of_sleep(scene_of({1, 0, 2}, internal()), sleeping, make_engine);
     expect_no_effect_of_sleep(scene_of({2, 4, 3}, internal()), sleeping, make_engine);
-    TestScene scene = scene_of({1, 0, 2}, all_forces());
+    TestScene scene = scene_of({1, 0, 2}, one_of_each_force());
     scene.points = {{0, {23.1, 2.2, 1.3}}, {1, {-4.2, -14.1, 9.7}}, {2, {1, 22, 3}}};
     expect_no_effect_of_sleep(scene, sleeping, make_engine);
-    TestScene searching = scene_of({2, 4, 3}, all_forces());
+    TestScene searching = scene_of({2, 4, 3}, one_of_each_force());
     searching.points = {{0, {23.1, 2.2, 1.3}}, {2, {1, 22, 3}}};
     expect_no_effect_of_sleep(searching, sleeping, make_engine);
     searching.simulation.solver_choice = static_cast<float>(Solver::Damped);
@@ -134,7 +134,7 @@ TEST_P(SleepingMeshesTest, EverySecondOfMany) {
 }
 
 TEST_P(SleepingMeshesTest, MeshesLoadedAsleepAreMeasured) {
-  TestScene scene = scene_of({2, 3}, all_forces());
+  TestScene scene = scene_of({2, 3}, one_of_each_force());
   const auto engine = make_engine();
   load(*engine, scene);
   std::vector<EngineMesh> meshes = engine_meshes(scene);
@@ -152,7 +152,7 @@ TEST_P(SleepingMeshesTest, MeshesLoadedAsleepAreMeasured) {
 }
 
 TEST_P(SleepingMeshesTest, StepsOfSleepingMeshesRunNoKernel) {
-  TestScene scene = scene_of({1, 0, 2}, all_forces());
+  TestScene scene = scene_of({1, 0, 2}, one_of_each_force());
   const auto engine = make_engine();
   load(*engine, scene);
   engine->set_asleep(std::vector<char>(3, 1));

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using test::bytes_of;
 using test::error_of;
 
-constexpr int kColumns = 3, kRows = 2, kSlices = 2, kVolumes = 4;
+constexpr int kSmallColumns = 3, kSmallRows = 2, kSmallSlices = 2, kVolumes = 4;
 
 /// Value of a voxel, unique for each volume and position.
 std::int16_t voxel(int volume, int place) { return static_cast<std::int16_t>(1000 * volume + place); }
@@ -24,7 +24,7 @@ class FourDimensions : public test::FolderTest {
  protected:
   /// Voxels of all volumes, one volume after the other or interleaved.
   static std::string voxels(bool interleaved = false) {
-    constexpr int count = kColumns * kRows * kSlices;
+    constexpr int count = kSmallColumns * kSmallRows * kSmallSlices;
     std::string bytes(2 * count * kVolumes, '\0');
     for (int v = 1; v <= kVolumes; ++v) {
       for (int i = 0; i < count; ++i)
@@ -41,9 +41,10 @@ class FourDimensions : public test::FolderTest {
       const LoadedVolume read = load_volume(path, v);
       EXPECT_EQ(read.frames, kVolumes);
       EXPECT_EQ(read.frame, v);
-      ASSERT_EQ(read.volume.geometry().size, (std::array<int, 3>{kColumns, kRows, kSlices}));
-      for (int i = 0; i < kColumns * kRows * kSlices; ++i) {
-        ASSERT_EQ(read.volume.value(i % kColumns, i / kColumns % kRows, i / kColumns / kRows), voxel(v, i))
+      ASSERT_EQ(read.volume.geometry().size, (std::array<int, 3>{kSmallColumns, kSmallRows, kSmallSlices}));
+      for (int i = 0; i < kSmallColumns * kSmallRows * kSmallSlices; ++i) {
+        ASSERT_EQ(read.volume.value(i % kSmallColumns, i / kSmallColumns % kSmallRows, i / kSmallColumns / kSmallRows),
+                  voxel(v, i))
             << "volume " << v << ", voxel " << i;
       }
       const std::string warning = "4D: volume " + std::to_string(v) + " of 4 is loaded";
@@ -55,7 +56,7 @@ class FourDimensions : public test::FolderTest {
 
   std::string nifti() {
     VolumeGeometry g = test::odd_geometry(test::Grid::Rotated);
-    g.size = {kColumns, kRows, kSlices};
+    g.size = {kSmallColumns, kSmallRows, kSmallSlices};
     std::string bytes = test::nifti_bytes(folder, Volume(g, VoxelType::Int16)).substr(0, 352);
     test::patch(bytes, 40, std::int16_t(4));
     test::patch(bytes, 48, std::int16_t(kVolumes));
@@ -75,7 +76,7 @@ TEST_F(FourDimensions, EveryFormat) {
   expect_all(write("plain.mha", meta + "ElementDataFile = LOCAL\n" + voxels()));
   std::string text;
   for (int v = 1; v <= kVolumes; ++v) {
-    for (int i = 0; i < kColumns * kRows * kSlices; ++i) text += std::to_string(voxel(v, i)) + " ";
+    for (int i = 0; i < kSmallColumns * kSmallRows * kSmallSlices; ++i) text += std::to_string(voxel(v, i)) + " ";
   }
   expect_all(write("text.mha", meta + "BinaryData = False\nElementDataFile = LOCAL\n" + text));
   // One file for every two slices: volumes begin inside files and skip others.

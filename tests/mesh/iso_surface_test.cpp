@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/iso_surface.h"
+#include "genus.h"
 
 #include <gtest/gtest.h>
 
@@ -19,10 +20,6 @@ std::vector<float> grid_of(const std::array<int, 3>& size, const std::function<d
     for (int j = 0; j < size[1]; ++j)
       for (int i = 0; i < size[0]; ++i) values.push_back(static_cast<float>(f(Eigen::Vector3d(i, j, k))));
   return values;
-}
-/// Sum of 1 - genus over all closed surfaces.
-int one_less_genus(const SimplexMesh& mesh) {
-  return (mesh.vertex_count() - 3 * mesh.vertex_count() / 2 + cells_of(mesh).count()) / 2;
 }
 
 TEST(IsoSurface, OfABallIsASphereForAnyGeometry) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/remesh.h"
+#include "genus.h"
 
 #include <gtest/gtest.h>
 
@@ -36,9 +37,6 @@ Shape shape_of(const std::array<int, 3>& size, const std::function<double(const 
 }
 Shape ball() {
   return shape_of({30, 30, 30}, [](const Eigen::Vector3d& p) { return 10 - (p - Eigen::Vector3d(15, 14, 15)).norm(); });
-}
-int one_less_genus(const SimplexMesh& mesh) {
-  return (mesh.vertex_count() - 3 * mesh.vertex_count() / 2 + cells_of(mesh).count()) / 2;
 }
 struct Quality {
   double shortest = 1e9, longest = 0, least_angle = 180, mean = 0;

@@ -13,19 +13,16 @@
 namespace simplexseg {
 namespace {
 
-const Volume& volume() { return phantom("sphere", 100, 10).image; }
-
 std::unique_ptr<Session> open_with_field(int threads = 2) {
   Scene scene = ball_scene();
   set(scene.forces, {"evidence", "source", 0});
   scene.meshes[0].parameters = scene.forces;
   auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
-  session->open(std::move(scene), volume());
+  session->open(std::move(scene), ball_image());
   return session;
 }
-const MeshItem& ball(const Session& session) { return session.scene().meshes.at(0); }
 bool is_cancelled(const Session& session) {
-  return is_update_cancelled(session.scene(), ball(session), session.volume());
+  return is_update_cancelled(session.scene(), first_mesh(session), session.volume());
 }
 bool last_is_cancel(const Session& session) {
   return std::holds_alternative<CancelFieldUpdate>(session.log().back().command);
@@ -46,19 +43,19 @@ void expect_same_replay(const Session& live) {
     EXPECT_EQ(again->log().size(), live.log().size());
     const std::vector<MeshItem>&meshes = live.scene().meshes, &replayed = again->scene().meshes;
     for (std::size_t m = 0; m < meshes.size() && m < replayed.size(); ++m)
-      EXPECT_EQ(is_update_cancelled(again->scene(), replayed[m], volume()),
-                is_update_cancelled(live.scene(), meshes[m], volume()));
+      EXPECT_EQ(is_update_cancelled(again->scene(), replayed[m], ball_image()),
+                is_update_cancelled(live.scene(), meshes[m], ball_image()));
   }
 }
 
 TEST(CancelledUpdates, KeepTheFormerFieldAndDoNotStartAgain) {
   const auto session = open_with_field();
   session->advance_steps(20);
-  const auto before = ball(*session).field;
+  const auto before = first_mesh(*session).field;
   ASSERT_NE(before, nullptr);
-  session->apply(AddPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
+  session->apply(AddPoint{first_mesh(*session).id, {14, 0, 0}, MarkKind::Outside});
   start_update(*session);
-  ASSERT_EQ(session->solving_mesh(), ball(*session).id);
+  ASSERT_EQ(session->solving_mesh(), first_mesh(*session).id);
   session->apply(CancelFieldUpdate{});
   EXPECT_EQ(session->solving_mesh(), 0u);
   EXPECT_TRUE(last_is_cancel(*session));
@@ -66,14 +63,14 @@ TEST(CancelledUpdates, KeepTheFormerFieldAndDoNotStartAgain) {
   session->advance_steps(20);
   start_update(*session);
   EXPECT_EQ(session->solving_mesh(), 0u);
-  EXPECT_EQ(ball(*session).field, before);
+  EXPECT_EQ(first_mesh(*session).field, before);
   EXPECT_EQ(session->scene().points.size(), 1u) << "the mark remains";
 }
 
 TEST(CancelledUpdates, StartAgainWhenAMarkChanges) {
   const auto session = open_with_field();
   session->advance_steps(20);
-  const ItemId mesh = ball(*session).id;
+  const ItemId mesh = first_mesh(*session).id;
   const ItemId point = session->apply(AddPoint{mesh, {14, 0, 0}, MarkKind::Outside});
   const auto cancel = [&] {
     start_update(*session);
@@ -95,15 +92,15 @@ TEST(CancelledUpdates, StartAgainWhenAMarkChanges) {
   EXPECT_TRUE(session->scene().find_mesh(other)->has_field()) << "the other mesh is solved";
   session->apply(DeletePoint{point});
   session->advance_steps(1);
-  EXPECT_FALSE(has_stale_field(session->scene(), ball(*session), volume()));
+  EXPECT_FALSE(has_stale_field(session->scene(), first_mesh(*session), ball_image()));
 }
 
 TEST(CancelledUpdates, IncludeMarksThatWereAddedMeanwhile) {
   const auto session = open_with_field();
   session->advance_steps(20);
-  session->apply(AddPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
+  session->apply(AddPoint{first_mesh(*session).id, {14, 0, 0}, MarkKind::Outside});
   start_update(*session);
-  session->apply(AddPoint{ball(*session).id, {0, -21, 0}, MarkKind::Inside});
+  session->apply(AddPoint{first_mesh(*session).id, {0, -21, 0}, MarkKind::Inside});
   ASSERT_NE(session->solving_mesh(), 0u);
   session->apply(CancelFieldUpdate{});
   start_update(*session);
@@ -115,16 +112,16 @@ TEST(CancelledUpdates, AreSolvedOnRequest) {
   const auto plain = open_with_field(), session = open_with_field();
   plain->advance_steps(1);
   start_update(*session);
-  const std::vector<Eigen::Vector3f> start = ball(*session).mesh.positions;
+  const std::vector<Eigen::Vector3f> start = first_mesh(*session).mesh.positions;
   session->apply(CancelFieldUpdate{});
   EXPECT_TRUE(session->advance_steps(50, true).at_rest) << "a mesh without a field settles";
-  EXPECT_EQ(ball(*session).field, nullptr);
-  EXPECT_EQ(ball(*session).mesh.positions, start);
-  session->apply(RequestFieldUpdate{ball(*session).id});
+  EXPECT_EQ(first_mesh(*session).field, nullptr);
+  EXPECT_EQ(first_mesh(*session).mesh.positions, start);
+  session->apply(RequestFieldUpdate{first_mesh(*session).id});
   EXPECT_FALSE(is_cancelled(*session));
   session->advance_steps(1);
-  ASSERT_TRUE(ball(*session).has_field());
-  EXPECT_EQ(ball(*session).field->values, ball(*plain).field->values);
+  ASSERT_TRUE(first_mesh(*session).has_field());
+  EXPECT_EQ(first_mesh(*session).field->values, first_mesh(*plain).field->values);
 }
 
 TEST(CancelledUpdates, OfAFirstFieldDoNotStartAgainBecauseOfAnotherSeed) {
@@ -135,14 +132,14 @@ TEST(CancelledUpdates, OfAFirstFieldDoNotStartAgainBecauseOfAnotherSeed) {
   start_update(*session);
   EXPECT_EQ(session->solving_mesh(), other);
   session->advance_steps(1);
-  EXPECT_EQ(ball(*session).field, nullptr);
+  EXPECT_EQ(first_mesh(*session).field, nullptr);
   EXPECT_TRUE(session->scene().find_mesh(other)->has_field());
 }
 
 TEST(CancelledUpdates, AReplayEndsInTheSameBits) {
   const auto live = open_with_field();
   live->advance_steps(30);
-  const ItemId mesh = ball(*live).id;
+  const ItemId mesh = first_mesh(*live).id;
   live->apply(AddPoint{mesh, {14, 0, 0}, MarkKind::Outside});
   start_update(*live);
   ASSERT_NE(live->solving_mesh(), 0u);
@@ -156,7 +153,7 @@ TEST(CancelledUpdates, AReplayEndsInTheSameBits) {
   live->apply(CancelFieldUpdate{});
   live->apply(AddPoint{mesh, {0, -21, 0}, MarkKind::Inside});
   live->advance_steps(30);
-  ASSERT_EQ(ball(*live).field->marks.size(), 3u);
+  ASSERT_EQ(first_mesh(*live).field->marks.size(), 3u);
   live->apply(AddPoint{mesh, {0, 0, 21}, MarkKind::Inside});
   live->advance_steps(30);
   expect_same_replay(*live);
@@ -165,30 +162,30 @@ TEST(CancelledUpdates, AReplayEndsInTheSameBits) {
 TEST(CancelledUpdates, UndoStopsTheUpdateOfAMark) {
   const auto live = open_with_field();
   live->advance_steps(20);
-  const auto before = ball(*live).field;
-  live->apply(AddPoint{ball(*live).id, {14, 0, 0}, MarkKind::Outside});
+  const auto before = first_mesh(*live).field;
+  live->apply(AddPoint{first_mesh(*live).id, {14, 0, 0}, MarkKind::Outside});
   start_update(*live);
   ASSERT_NE(live->solving_mesh(), 0u);
   live->apply(Undo{});
   live->finish_cancelled_update();
   EXPECT_EQ(live->solving_mesh(), 0u);
   EXPECT_TRUE(last_is_cancel(*live));
-  EXPECT_EQ(ball(*live).field, before);
-  EXPECT_FALSE(has_stale_field(live->scene(), ball(*live), volume()));
+  EXPECT_EQ(first_mesh(*live).field, before);
+  EXPECT_FALSE(has_stale_field(live->scene(), first_mesh(*live), ball_image()));
   live->advance_steps(20);
   expect_same_replay(*live);
   live->apply(Redo{});
   start_update(*live);
   EXPECT_NE(live->solving_mesh(), 0u) << "the mark is placed again";
   live->advance_steps(20);
-  EXPECT_EQ(ball(*live).field->marks.size(), 2u);
+  EXPECT_EQ(first_mesh(*live).field->marks.size(), 2u);
   expect_same_replay(*live);
 }
 
 TEST(CancelledUpdates, TheMarkOfAnUndoneUpdateCanBePlacedAgain) {
   const auto session = open_with_field();
   session->advance_steps(20);
-  const AddPoint mark{ball(*session).id, {14, 0, 0}, MarkKind::Outside, 2};
+  const AddPoint mark{first_mesh(*session).id, {14, 0, 0}, MarkKind::Outside, 2};
   session->apply(mark);
   start_update(*session);
   session->apply(Undo{});
@@ -201,7 +198,7 @@ TEST(CancelledUpdates, TheMarkOfAnUndoneUpdateCanBePlacedAgain) {
 TEST(CancelledUpdates, UndoOfACancelledMarkAndRedoKeepTheCancellation) {
   const auto session = open_with_field();
   session->advance_steps(20);
-  session->apply(AddPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
+  session->apply(AddPoint{first_mesh(*session).id, {14, 0, 0}, MarkKind::Outside});
   start_update(*session);
   session->apply(CancelFieldUpdate{});
   session->apply(Undo{});
@@ -215,33 +212,33 @@ TEST(CancelledUpdates, UndoOfACancelledMarkAndRedoKeepTheCancellation) {
 TEST(CancelledUpdates, UndoOfANeighboursSeedStopsTheUpdate) {
   const auto session = open_with_field();
   session->advance_steps(20);
-  const auto before = ball(*session).field;
+  const auto before = first_mesh(*session).field;
   session->apply(AddMesh{"other", {{23, 0, 0}, 2}, std::nullopt});
   start_update(*session);
-  ASSERT_EQ(session->solving_mesh(), ball(*session).id) << "the seed reaches the box of its field";
+  ASSERT_EQ(session->solving_mesh(), first_mesh(*session).id) << "the seed reaches the box of its field";
   session->apply(Undo{});
   session->finish_cancelled_update();
   EXPECT_EQ(session->solving_mesh(), 0u);
-  EXPECT_EQ(ball(*session).field, before);
+  EXPECT_EQ(first_mesh(*session).field, before);
 }
 
 TEST(CancelledUpdates, UndoOfAnotherActionDoesNotStopTheUpdate) {
   const auto session = open_with_field();
   session->advance_steps(20);
-  session->apply(AddPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
+  session->apply(AddPoint{first_mesh(*session).id, {14, 0, 0}, MarkKind::Outside});
   start_update(*session);
-  session->apply(EditMesh{ball(*session).id, "name", std::nullopt, std::nullopt, std::nullopt});
+  session->apply(EditMesh{first_mesh(*session).id, "name", std::nullopt, std::nullopt, std::nullopt});
   session->apply(Undo{});
   session->finish_cancelled_update();
   ASSERT_NE(session->solving_mesh(), 0u);
   session->apply(CommitFieldUpdate{});
-  EXPECT_EQ(ball(*session).field->marks.size(), 2u);
+  EXPECT_EQ(first_mesh(*session).field->marks.size(), 2u);
 }
 
 TEST(CancelledUpdates, DeletionStopsTheUpdate) {
   const auto live = open_with_field();
   live->advance_steps(20);
-  const ItemId mesh = ball(*live).id;
+  const ItemId mesh = first_mesh(*live).id;
   live->apply(AddPoint{mesh, {14, 0, 0}, MarkKind::Outside});
   start_update(*live);
   ASSERT_NE(live->solving_mesh(), 0u);
@@ -251,7 +248,7 @@ TEST(CancelledUpdates, DeletionStopsTheUpdate) {
   EXPECT_TRUE(last_is_cancel(*live));
   live->apply(Undo{});
   live->advance_steps(20);
-  EXPECT_EQ(ball(*live).field->marks.size(), 2u) << "the restored mesh is solved";
+  EXPECT_EQ(first_mesh(*live).field->marks.size(), 2u) << "the restored mesh is solved";
   expect_same_replay(*live);
 }
 

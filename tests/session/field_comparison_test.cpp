@@ -40,14 +40,14 @@ class Gate {
   std::atomic<int> entered_ = 0, released_ = 0;
 };
 
-const Volume& volume() {
+const Volume& ring_volume() {
   static const Volume image = ring_image();
   return image;
 }
 
 std::unique_ptr<Session> open_ring(int threads = 2) {
   auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
-  session->open(solved_ring_scene(), volume());
+  session->open(solved_ring_scene(), ring_volume());
   return session;
 }
 const MeshItem& ring(const Session& session) { return session.scene_without_poses().meshes.at(0); }
@@ -58,7 +58,7 @@ bool run_frames_until(Session& session, Done&& done) {
   while (!done() && steady_clock::now() < hung) session.advance(0.002);
   return done();
 }
-void expect_same_replay(const Session& live) {
+void expect_same_replayed_comparisons(const Session& live) {
   for (const int threads : {1, 2}) {
     const auto again = open_ring(threads);
     again->replay(live.log(), live.steps_since_last_command());
@@ -116,14 +116,14 @@ TEST(FieldComparisons, StepsContinueWhileAMeshIsRebuiltAndTheReplayGivesTheSameB
   EXPECT_GE(steps_to_last_commit(*live), kHeldSteps);
   EXPECT_EQ(genus_of(ring(*live).mesh), 1);
   EXPECT_FALSE(ring(*live).sleep.asleep);
-  expect_same_replay(*live);
+  expect_same_replayed_comparisons(*live);
   gate.release_all();
   bool at_rest = false;
   ASSERT_TRUE(run_frames_until(*live, [&] { return at_rest = live->advance(0.002).at_rest; }));
   EXPECT_FALSE(live->is_comparing(1));
   EXPECT_TRUE(ring(*live).sleep.asleep);
-  EXPECT_TRUE(compare_with_field(live->scene().meshes[0], volume()).matches());
-  expect_same_replay(*live);
+  EXPECT_TRUE(compare_with_field(live->scene().meshes[0], ring_volume()).matches());
+  expect_same_replayed_comparisons(*live);
 }
 
 TEST(FieldComparisons, PendingAtTheEndOfALogArePendingAfterTheReplay) {
@@ -133,7 +133,7 @@ TEST(FieldComparisons, PendingAtTheEndOfALogArePendingAfterTheReplay) {
   ASSERT_TRUE(run_frames_until(*live, [&] { return live->is_comparing(1); }));
   for (int frame = 0; frame < 20; ++frame) live->advance(0.002);
   ASSERT_TRUE(live->is_comparing(1));
-  expect_same_replay(*live);
+  expect_same_replayed_comparisons(*live);
   gate.release_all();
   // advance_steps() commits them before its first step and makes the next ones between two steps, without a log entry.
   const int starts = count_of<StartFieldComparison>(*live), commits = count_of<CommitFieldComparison>(*live);
@@ -141,7 +141,7 @@ TEST(FieldComparisons, PendingAtTheEndOfALogArePendingAfterTheReplay) {
   EXPECT_EQ(count_of<CommitFieldComparison>(*live), commits + 1);
   EXPECT_EQ(count_of<StartFieldComparison>(*live), starts);
   EXPECT_TRUE(ring(*live).rebuilt);
-  expect_same_replay(*live);
+  expect_same_replayed_comparisons(*live);
 }
 
 TEST(FieldComparisons, AreMadeBetweenTwoStepsWithoutLogEntriesByAdvanceSteps) {
@@ -219,7 +219,7 @@ TEST(FieldComparisons, AreDiscardedByWhatMakesThemUseless) {
     const int commits = count_of<CommitFieldComparison>(live);
     live.advance_steps(15);
     EXPECT_EQ(count_of<CommitFieldComparison>(live), commits) << what;
-    expect_same_replay(live);
+    expect_same_replayed_comparisons(live);
   }
 }
 
@@ -227,7 +227,8 @@ TEST(FieldComparisons, ASettledMeshDoesNotSleepBeforeItsComparisonIsCommitted) {
   Comparing comparing;
   Session& live = *comparing.session;
   const auto is_settled = [&] {
-    return live.mean_move_mm()[0] < live.scene_without_poses().simulation.rest_tolerance_voxels * voxel_mm(volume());
+    return live.mean_move_mm()[0] <
+           live.scene_without_poses().simulation.rest_tolerance_voxels * voxel_mm(ring_volume());
   };
   ASSERT_TRUE(run_frames_until(live, [&] { return live.is_comparing(comparing.mesh) && is_settled(); }));
   const std::int64_t steps = live.total_steps();
@@ -236,7 +237,7 @@ TEST(FieldComparisons, ASettledMeshDoesNotSleepBeforeItsComparisonIsCommitted) {
     ASSERT_FALSE(ring(live).sleep.asleep);
   }
   EXPECT_TRUE(live.is_comparing(comparing.mesh));
-  expect_same_replay(live);
+  expect_same_replayed_comparisons(live);
 }
 
 TEST(FieldComparisons, AreKeptByOtherActions) {
@@ -260,7 +261,7 @@ TEST(FieldComparisons, AreKeptByOtherActions) {
   EXPECT_EQ(item.label, 7);
   EXPECT_FALSE(item.visible);
   EXPECT_EQ(item.parameters.weight(ForceId::Smoothing), 1.5f);
-  expect_same_replay(live);
+  expect_same_replayed_comparisons(live);
 }
 
 TEST(FieldComparisons, ARebuiltMeshIsWokenAndTheRunIsNotSettledBefore) {
@@ -304,7 +305,7 @@ TEST(FieldComparisons, CommandsThatCannotBeExecuted) {
 
 TEST(FieldComparisons, NeitherTheEndOfASessionNorAnotherSceneWaitsForOne) {
   Comparing comparing;
-  comparing.session->open(solved_ring_scene(), volume());
+  comparing.session->open(solved_ring_scene(), ring_volume());
   EXPECT_FALSE(comparing.session->is_comparing(comparing.mesh));
   comparing.session->advance_steps(200);
   comparing.session->apply(StartFieldComparison{comparing.mesh});
@@ -325,11 +326,11 @@ TEST(FieldComparisons, OfSeveralMeshesRunInTheOrderOfTheirStart) {
       }));
   const Scene& scene = session->scene();
   for (const MeshItem* item : {&first, &second, &third})
-    comparer.start(*item, item->id == 3, scene.simulation, volume());
+    comparer.start(*item, item->id == 3, scene.simulation, ring_volume());
   EXPECT_FALSE(comparer.ready());
   Scene without_second = scene;
   without_second.meshes = {first, third};
-  comparer.discard_useless(without_second, volume());
+  comparer.discard_useless(without_second, ring_volume());
   EXPECT_FALSE(comparer.is_comparing(2));
   EXPECT_EQ(comparer.first_mesh(), 1u);
   gate.release_all();

@@ -7,15 +7,13 @@
 namespace simplexseg {
 namespace {
 
-const Volume& volume() { return phantom("sphere", 100, 10).image; }
-
 /// CPU solver that fails like a device at update number `fails_at`.
-class Device final : public FieldSolver {
+class FailingSolver final : public FieldSolver {
  public:
   struct State {
     int made = 0, updates = 0, fails_at = 1 << 30;
   };
-  Device(std::unique_ptr<FieldSolver> field, State& state) : field_(std::move(field)), state_(state) {}
+  FailingSolver(std::unique_ptr<FieldSolver> field, State& state) : field_(std::move(field)), state_(state) {}
   void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) override {
     field_->set_box(cell, box, scale_mm);
     box_ = field_->box();
@@ -56,57 +54,56 @@ class Device final : public FieldSolver {
   State& state_;
 };
 
-MakeFieldSolver device(Device::State& state) {
+MakeFieldSolver device(FailingSolver::State& state) {
   return [&state](const Volume& of, const RunJobs& run, const EvidenceSettings& settings) {
     ++state.made;
-    return std::make_unique<Device>(make_cpu_field_solver(of, run, settings), state);
+    return std::make_unique<FailingSolver>(make_cpu_field_solver(of, run, settings), state);
   };
 }
 
-std::unique_ptr<Session> open_with_field(Device::State* state) {
+std::unique_ptr<Session> open_with_field(FailingSolver::State* state) {
   Scene scene = ball_scene();
   set(scene.forces, {"evidence", "source", 0});
   scene.meshes[0].parameters = scene.forces;
   auto session = std::make_unique<Session>(make_cpu_engine(1), nullptr, 1);
   if (state) session->set_field_solver(device(*state));
-  session->open(std::move(scene), volume());
+  session->open(std::move(scene), ball_image());
   return session;
 }
-const MeshItem& ball(const Session& session) { return session.scene().meshes.at(0); }
 
 TEST(FieldsOnADevice, AreSolvedThere) {
-  Device::State state;
+  FailingSolver::State state;
   const auto there = open_with_field(&state), here = open_with_field(nullptr);
   there->advance_steps(20);
   here->advance_steps(20);
   EXPECT_EQ(state.made, 1);
   EXPECT_GE(state.updates, 1);
-  ASSERT_TRUE(ball(*there).has_field());
-  EXPECT_EQ(ball(*there).field->values, ball(*here).field->values);
+  ASSERT_TRUE(first_mesh(*there).has_field());
+  EXPECT_EQ(first_mesh(*there).field->values, first_mesh(*here).field->values);
   EXPECT_FALSE(there->pop_notice());
 }
 
 TEST(FieldsOnADevice, AfterAFailureTheCpuSolvesFromAllMarksWithANotice) {
-  Device::State state;
+  FailingSolver::State state;
   const auto there = open_with_field(&state), here = open_with_field(nullptr);
   there->advance_steps(20);
   here->advance_steps(20);
   state.fails_at = state.updates + 1;
   const Eigen::Vector3d too_much(17.5, 0, 0);
   for (Session* session : {there.get(), here.get()}) {
-    session->apply(AddPoint{ball(*session).id, too_much, MarkKind::Outside});
+    session->apply(AddPoint{first_mesh(*session).id, too_much, MarkKind::Outside});
     session->advance_steps(20);
   }
-  ASSERT_TRUE(ball(*there).has_field());
-  EXPECT_TRUE(ball(*there).field->problem.empty());
-  EXPECT_EQ(ball(*there).field->values, ball(*here).field->values);
+  ASSERT_TRUE(first_mesh(*there).has_field());
+  EXPECT_TRUE(first_mesh(*there).field->problem.empty());
+  EXPECT_EQ(first_mesh(*there).field->values, first_mesh(*here).field->values);
   const std::optional<std::string> notice = there->pop_notice();
   ASSERT_TRUE(notice);
   EXPECT_NE(notice->find("on the CPU from now on"), std::string::npos) << *notice;
   EXPECT_NE(notice->find("unplugged"), std::string::npos) << *notice;
   EXPECT_EQ(notice->find('\n'), std::string::npos);
   EXPECT_FALSE(there->pop_notice());
-  there->apply(AddPoint{ball(*there).id, {0, -19, 0}, MarkKind::Inside});
+  there->apply(AddPoint{first_mesh(*there).id, {0, -19, 0}, MarkKind::Inside});
   there->apply(AddMesh{"other", {{-8, 0, 0}, 5}, std::nullopt});
   there->advance_steps(20);
   EXPECT_EQ(state.made, 1) << "it is not tried again";
@@ -122,7 +119,7 @@ TEST(FieldsOnADevice, ADeviceThatFailsAtTheStartIsNotUsed) {
       });
   session->advance_steps(20);
   EXPECT_EQ(requests, 1);
-  EXPECT_TRUE(ball(*session).has_field());
+  EXPECT_TRUE(first_mesh(*session).has_field());
   EXPECT_TRUE(session->pop_notice());
 }
 

@@ -15,20 +15,17 @@
 namespace simplexseg {
 namespace {
 
-const Volume& volume() { return phantom("sphere", 100, 10).image; }
-
 std::unique_ptr<Session> open_with_field(int threads = 2) {
   Scene scene = ball_scene();
   set(scene.forces, {"evidence", "source", 0});
   scene.meshes[0].parameters = scene.forces;
   auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
-  session->open(std::move(scene), volume());
+  session->open(std::move(scene), ball_image());
   return session;
 }
-const MeshItem& ball(const Session& session) { return session.scene().meshes.at(0); }
 /// Foreground probability at a position, from its nearest voxel; 0 outside the box.
 double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
-  const Eigen::Vector3d at = volume().geometry().index_from_world() * mm;
+  const Eigen::Vector3d at = ball_image().geometry().index_from_world() * mm;
   std::array<int, 3> v{};
   for (int a = 0; a < 3; ++a) {
     v[a] = static_cast<int>(std::lround(at[a])) - item.field->box.first[a];
@@ -40,14 +37,14 @@ double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
 
 TEST(Fields, AreSolvedBeforeTheFirstStepAndAttractTheMesh) {
   const auto session = open_with_field();
-  EXPECT_EQ(ball(*session).field, nullptr);
+  EXPECT_EQ(first_mesh(*session).field, nullptr);
   const Advance done = session->advance_steps(600, true);
   EXPECT_TRUE(done.at_rest);
   EXPECT_TRUE(done.warnings.empty());
-  ASSERT_TRUE(ball(*session).has_field());
-  EXPECT_GT(field_at(ball(*session), {10, 0, 0}), 0.9);
-  EXPECT_LT(field_at(ball(*session), {27, 0, 0}), 0.1);
-  const double radius = std::cbrt(measure(ball(*session).mesh).volume_mm3 * 3 / (4 * M_PI));
+  ASSERT_TRUE(first_mesh(*session).has_field());
+  EXPECT_GT(field_at(first_mesh(*session), {10, 0, 0}), 0.9);
+  EXPECT_LT(field_at(first_mesh(*session), {27, 0, 0}), 0.1);
+  const double radius = std::cbrt(measure(first_mesh(*session).mesh).volume_mm3 * 3 / (4 * M_PI));
   EXPECT_NEAR(radius, kPhantomRadius, 0.5);
 }
 
@@ -55,32 +52,32 @@ TEST(Fields, OnlyNeededFieldsAreSolved) {
   const auto session = open_with_field();
   session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::weight, 0});
   session->advance_steps(20);
-  EXPECT_EQ(ball(*session).field, nullptr);
+  EXPECT_EQ(first_mesh(*session).field, nullptr);
   session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::weight, 0.5f});
   session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});
   session->advance_steps(20);
-  EXPECT_EQ(ball(*session).field, nullptr);
+  EXPECT_EQ(first_mesh(*session).field, nullptr);
   session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 0});
   session->advance_steps(20);
-  EXPECT_TRUE(ball(*session).has_field());
+  EXPECT_TRUE(first_mesh(*session).has_field());
 }
 
 TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
   const auto session = open_with_field();
   session->advance_steps(400, true);
-  const ItemId mesh = ball(*session).id;
+  const ItemId mesh = first_mesh(*session).id;
   const Eigen::Vector3d too_much(17.5, 0, 0), too_little(0, -21, 0);
   session->apply(AddPoint{mesh, too_much, MarkKind::Outside});
   session->apply(AddPoint{mesh, too_little, MarkKind::Inside});
   const UserPoint& point = session->scene().points.back();
   EXPECT_GT(point.radius_mm, 1.5);
-  EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 3u);
+  EXPECT_EQ(marks_of(session->scene(), first_mesh(*session), ball_image()).size(), 3u);
   session->advance_steps(600, true);
-  const Mask mask = rasterise(ball(*session).mesh, volume().geometry());
+  const Mask mask = rasterise(first_mesh(*session).mesh, ball_image().geometry());
   const auto inside = [&](const Eigen::Vector3d& mm) {
-    const Eigen::Vector3d v = volume().geometry().index_from_world() * mm;
-    return mask.voxels[volume().offset(static_cast<int>(std::lround(v[0])), static_cast<int>(std::lround(v[1])),
-                                       static_cast<int>(std::lround(v[2])))] != 0;
+    const Eigen::Vector3d v = ball_image().geometry().index_from_world() * mm;
+    return mask.voxels[ball_image().offset(static_cast<int>(std::lround(v[0])), static_cast<int>(std::lround(v[1])),
+                                           static_cast<int>(std::lround(v[2])))] != 0;
   };
   EXPECT_FALSE(inside(too_much));
   EXPECT_TRUE(inside(too_little));
@@ -88,7 +85,7 @@ TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
 }
 
 TEST(Fields, TheFieldDeterminesTheRadiusOfAPoint) {
-  EvidenceField field(volume());
+  EvidenceField field(ball_image());
   const std::vector<Mark> seed{{MarkKind::Inside, {0, 0, 0}, 4}};
   field.update(seed);
   auto solved_field = std::make_shared<MeshField>();
@@ -100,9 +97,9 @@ TEST(Fields, TheFieldDeterminesTheRadiusOfAPoint) {
   for (const MarkKind kind : {MarkKind::Inside, MarkKind::Outside})
     for (double x = 0; x < 24; x += 0.5) {
       const Eigen::Vector3d at(x, 0, 0);
-      const double radius = mark_radius_mm(item, kind, at, volume());
+      const double radius = mark_radius_mm(item, kind, at, ball_image());
       EXPECT_DOUBLE_EQ(radius, field.brush_mm(kind, at)) << x;
-      smaller += radius < mark_radius_mm(item, MarkKind::Boundary, at, volume());
+      smaller += radius < mark_radius_mm(item, MarkKind::Boundary, at, ball_image());
     }
   EXPECT_GT(smaller, 4) << "near the surface";
 }
@@ -110,49 +107,49 @@ TEST(Fields, TheFieldDeterminesTheRadiusOfAPoint) {
 /// A scene opened with all its points gets the same field as one in which the points were clicked.
 TEST(Fields, PointsOfASceneActAsIfTheyWereClicked) {
   const auto clicked = open_with_field(), opened = open_with_field();
-  const ItemId mesh = ball(*clicked).id;
+  const ItemId mesh = first_mesh(*clicked).id;
   clicked->advance_steps(20);
   clicked->apply(AddPoint{mesh, {17.5, 0, 0}, MarkKind::Outside});
   clicked->advance_steps(20);
-  const std::vector<std::uint16_t> with_one_point = ball(*clicked).field->values;
+  const std::vector<std::uint16_t> with_one_point = first_mesh(*clicked).field->values;
   clicked->apply(AddPoint{mesh, {0, -21, 0}, MarkKind::Inside});
   clicked->advance_steps(20);
   for (const UserPoint& p : clicked->scene().points)
-    opened->apply(AddPoint{ball(*opened).id, p.position_mm, p.kind, p.radius_mm, p.outward});
+    opened->apply(AddPoint{first_mesh(*opened).id, p.position_mm, p.kind, p.radius_mm, p.outward});
   opened->advance_steps(20);
-  EXPECT_NE(ball(*clicked).field->values, with_one_point);
-  EXPECT_EQ(ball(*opened).field->marks, ball(*clicked).field->marks);
-  EXPECT_EQ(ball(*opened).field->values, ball(*clicked).field->values);
+  EXPECT_NE(first_mesh(*clicked).field->values, with_one_point);
+  EXPECT_EQ(first_mesh(*opened).field->marks, first_mesh(*clicked).field->marks);
+  EXPECT_EQ(first_mesh(*opened).field->values, first_mesh(*clicked).field->values);
 }
 
 TEST(Fields, ABoundaryPointHasAnOutwardDirection) {
   const auto session = open_with_field();
   session->advance_steps(400, true);
-  const ItemId mesh = ball(*session).id;
+  const ItemId mesh = first_mesh(*session).id;
   session->apply(AddPoint{mesh, {12, 0, 0}});  // moves the surface inwards
   session->apply(AddPoint{mesh, {0, 0, 26}});  // ... and outwards
   const auto& points = session->scene().points;
   EXPECT_GT(points[0].outward.dot(Eigen::Vector3d::UnitX()), 0.9);
   EXPECT_GT(points[1].outward.dot(Eigen::Vector3d::UnitZ()), 0.9);
   session->advance_steps(1);
-  EXPECT_LT(field_at(ball(*session), {14, 0, 0}), 0.5);
-  EXPECT_GT(field_at(ball(*session), {10, 0, 0}), 0.5);
+  EXPECT_LT(field_at(first_mesh(*session), {14, 0, 0}), 0.5);
+  EXPECT_GT(field_at(first_mesh(*session), {10, 0, 0}), 0.5);
 }
 
 TEST(Fields, UndoRestoresTheField) {
   const auto session = open_with_field();
   session->advance_steps(100);
-  const auto before = ball(*session).field;
-  session->apply(AddPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
+  const auto before = first_mesh(*session).field;
+  session->apply(AddPoint{first_mesh(*session).id, {14, 0, 0}, MarkKind::Outside});
   session->advance_steps(10);
-  const auto after = ball(*session).field;
+  const auto after = first_mesh(*session).field;
   EXPECT_NE(after, before);
   session->apply(Undo{});
-  EXPECT_EQ(ball(*session).field, before);
+  EXPECT_EQ(first_mesh(*session).field, before);
   session->advance_steps(10);
-  EXPECT_EQ(ball(*session).field, before) << "it fits the marks and is not solved again";
+  EXPECT_EQ(first_mesh(*session).field, before) << "it fits the marks and is not solved again";
   session->apply(Redo{});
-  EXPECT_EQ(ball(*session).field, after);
+  EXPECT_EQ(first_mesh(*session).field, after);
 }
 
 TEST(Fields, AreSolvedDuringLiveFramesAndReplayGivesTheSameBits) {
@@ -170,30 +167,30 @@ TEST(Fields, AreSolvedDuringLiveFramesAndReplayGivesTheSameBits) {
   EXPECT_NE(live->solving_mesh(), 0u);
   EXPECT_EQ(live->scene().meshes[0].mesh.positions, make_sphere({1, -2, 0.5}, 12, 2).positions)
       << "a mesh waits for its first field";
-  ASSERT_TRUE(frames_until([&] { return ball(*live).has_field() && live->total_steps() > 50; }));
-  const ItemId mesh = ball(*live).id, point = live->apply(AddPoint{mesh, {14, 1, 0}, MarkKind::Outside});
-  const auto first = ball(*live).field;
+  ASSERT_TRUE(frames_until([&] { return first_mesh(*live).has_field() && live->total_steps() > 50; }));
+  const ItemId mesh = first_mesh(*live).id, point = live->apply(AddPoint{mesh, {14, 1, 0}, MarkKind::Outside});
+  const auto first = first_mesh(*live).field;
   for (int move = 1; move <= 5; ++move) {
     live->apply(MovePoint{point, {14.0 - move, 1, 0}, true});
     live->advance(0.002);
   }
   ASSERT_TRUE(frames_until([&] {
-    return ball(*live).field != first && live->solving_mesh() == 0 &&
-           !has_stale_field(live->scene(), ball(*live), volume());
+    return first_mesh(*live).field != first && live->solving_mesh() == 0 &&
+           !has_stale_field(live->scene(), first_mesh(*live), ball_image());
   }));
   frames_until([&] { return live->steps_since_last_command() > 30; });
   for (const int threads : {1, 2}) {
     const auto again = open_with_field(threads);
     again->replay(live->log(), live->steps_since_last_command());
     EXPECT_TRUE(same_bits(again->scene().meshes[0].mesh.positions, live->scene().meshes[0].mesh.positions)) << threads;
-    EXPECT_EQ(ball(*again).field->values, ball(*live).field->values);
+    EXPECT_EQ(first_mesh(*again).field->values, first_mesh(*live).field->values);
   }
 }
 
 TEST(Fields, TheProgressIncreasesToOneAndIsResetByTheCommit) {
   const auto session = open_with_field();
   for (int n = 0; n < 9; ++n)  // the first update applies the last eight marks one after the other
-    session->apply(AddPoint{ball(*session).id, {17.0 - n, 0, 0}, MarkKind::Inside, 2});
+    session->apply(AddPoint{first_mesh(*session).id, {17.0 - n, 0, 0}, MarkKind::Inside, 2});
   EXPECT_EQ(session->solving_progress(), 0.0f);
   const auto hung = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   for (int solved = 0; solved < 2; ++solved) {
@@ -209,23 +206,23 @@ TEST(Fields, TheProgressIncreasesToOneAndIsResetByTheCommit) {
     }
     EXPECT_EQ(last, 1.0f);
     session->advance_steps(1);
-    EXPECT_TRUE(ball(*session).has_field());
+    EXPECT_TRUE(first_mesh(*session).has_field());
     EXPECT_EQ(session->solving_mesh(), 0u);
     EXPECT_EQ(session->solving_progress(), 0.0f);
-    session->apply(AddPoint{ball(*session).id, {0, 21, 0}, MarkKind::Inside});  // for the next update
+    session->apply(AddPoint{first_mesh(*session).id, {0, 21, 0}, MarkKind::Inside});  // for the next update
   }
 }
 
 TEST(Fields, MarksOutsideTheImageAreRefused) {
   const auto session = open_with_field();
-  const ItemId mesh = ball(*session).id;
+  const ItemId mesh = first_mesh(*session).id;
   EXPECT_THROW(session->apply(AddPoint{mesh, {500, 0, 0}, MarkKind::Inside}), Error);
   const ItemId point = session->apply(AddPoint{mesh, {5, 0, 0}, MarkKind::Inside});
   EXPECT_THROW(session->apply(MovePoint{point, {500, 0, 0}}), Error);
   EXPECT_EQ(session->scene().points.back().position_mm[0], 5);
   EXPECT_THROW(session->apply(CommitFieldUpdate{}), Error) << "none is being solved";
   session->apply(AddPoint{mesh, {500, 0, 0}});  // a boundary point may lie anywhere
-  EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 2u) << "but has no mark there";
+  EXPECT_EQ(marks_of(session->scene(), first_mesh(*session), ball_image()).size(), 2u) << "but has no mark there";
 }
 
 TEST(Fields, TheFieldOfADeletedMeshIsDiscarded) {
@@ -244,27 +241,27 @@ TEST(Fields, AfterACancelledFieldTheNextOneHasTheSameBits) {
   ASSERT_NE(session->solving_mesh(), 0u);
   session->cancel_field_update();
   session->apply(CommitFieldUpdate{});
-  EXPECT_EQ(ball(*session).field, nullptr);
+  EXPECT_EQ(first_mesh(*session).field, nullptr);
   session->advance_steps(1);
-  ASSERT_TRUE(ball(*session).has_field());
-  EXPECT_EQ(ball(*session).field->values, ball(*plain).field->values);
+  ASSERT_TRUE(first_mesh(*session).has_field());
+  EXPECT_EQ(first_mesh(*session).field->values, first_mesh(*plain).field->values);
 }
 
 TEST(Fields, AnUndoneMarkCancelsTheFirstField) {
   const auto session = open_with_field();
-  session->apply(AddPoint{ball(*session).id, {5, 0, 0}, MarkKind::Inside});
+  session->apply(AddPoint{first_mesh(*session).id, {5, 0, 0}, MarkKind::Inside});
   session->advance(0.001);
   ASSERT_NE(session->solving_mesh(), 0u);
   session->apply(Undo{});
   session->apply(CommitFieldUpdate{});
-  EXPECT_EQ(ball(*session).field, nullptr) << "a field from the withdrawn mark";
+  EXPECT_EQ(first_mesh(*session).field, nullptr) << "a field from the withdrawn mark";
   // An added mark does not make the field useless.
   session->advance(0.001);
   ASSERT_NE(session->solving_mesh(), 0u);
-  session->apply(AddPoint{ball(*session).id, {-5, 0, 0}, MarkKind::Inside});
+  session->apply(AddPoint{first_mesh(*session).id, {-5, 0, 0}, MarkKind::Inside});
   session->apply(CommitFieldUpdate{});
-  ASSERT_TRUE(ball(*session).has_field());
-  EXPECT_EQ(ball(*session).field->marks.size(), 1u);
+  ASSERT_TRUE(first_mesh(*session).has_field());
+  EXPECT_EQ(first_mesh(*session).field->marks.size(), 1u);
 }
 
 TEST(Fields, ASessionEndsWithoutWaitingForItsField) {

@@ -7,8 +7,6 @@
 namespace simplexseg {
 namespace {
 
-const Volume& volume() { return phantom("sphere", 100, 10).image; }
-
 /// Two meshes that start from different seeds of the same ball and use evidence from intensities.
 Scene two_balls() {
   Scene scene = ball_scene();
@@ -20,7 +18,7 @@ Scene two_balls() {
 }
 std::unique_ptr<Session> open_and_settle() {
   auto session = std::make_unique<Session>(make_cpu_engine(1));
-  session->open(two_balls(), volume());
+  session->open(two_balls(), ball_image());
   EXPECT_TRUE(session->advance_steps(3000, true).at_rest);
   return session;
 }
@@ -95,13 +93,13 @@ TEST(MeshSleep, AnUndoRestoresIt) {
 TEST(MeshSleep, AReopenedSceneSleepsUnlessItWasChanged) {
   const auto session = open_and_settle();
   Session again(make_cpu_engine(1));
-  again.open(session->scene(), volume());
+  again.open(session->scene(), ball_image());
   EXPECT_TRUE(asleep(again, 0) && asleep(again, 1));
   EXPECT_EQ(again.advance_steps(100, true).steps, 0);
   EXPECT_GT(again.last_outcome().mean_edge_mm[0], 0) << "measured when it was loaded";
   Scene changed = session->scene();
   set(changed.meshes[0].parameters, {"smoothing", "weight", 5});
-  again.open(std::move(changed), volume());
+  again.open(std::move(changed), ball_image());
   EXPECT_FALSE(asleep(again, 0));
   EXPECT_TRUE(asleep(again, 1));
 }

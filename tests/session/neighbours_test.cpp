@@ -14,7 +14,7 @@ constexpr double kRadius = 10;  // the balls touch and have the same intensity
 
 double depth(const Eigen::Vector3d& mm) { return kRadius - std::min((mm - kLeft).norm(), (mm - kRight).norm()); }
 
-Volume two_balls() {
+Volume touching_balls() {
   const Volume& like = phantom("flat").image;
   Volume image(like.geometry(), VoxelType::Float32);
   const auto [ni, nj, nk] = like.geometry().size;
@@ -52,7 +52,7 @@ Mask mask_of(const Session& session, int mesh) {
 }
 
 TEST(Neighbours, TouchingBallsOfOneIntensityAreSeparated) {
-  const Volume image = two_balls();
+  const Volume image = touching_balls();
   const auto session = open_on(image);
   session->advance_steps(2000, true);
   const double alone = dice(half(image, false), mask_of(*session, 0));
@@ -77,7 +77,7 @@ TEST(Neighbours, TouchingBallsOfOneIntensityAreSeparated) {
 }
 
 TEST(Neighbours, AFieldIsStaleWhenANeighbourIsMarkedWithinItsBox) {
-  const Volume image = two_balls();
+  const Volume image = touching_balls();
   const auto session = open_on(image);
   session->advance_steps(10);
   const auto& meshes = session->scene().meshes;
@@ -106,7 +106,7 @@ TEST(Neighbours, AFieldIsStaleWhenANeighbourIsMarkedWithinItsBox) {
 }
 
 TEST(Neighbours, AReplayEndsInTheSameBits) {
-  const Volume image = two_balls();
+  const Volume image = touching_balls();
   const auto live = open_on(image);
   live->advance_steps(60);
   const ItemId right = live->apply(AddMesh{"right", {kRight, 7}, std::nullopt});

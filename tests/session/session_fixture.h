@@ -21,6 +21,9 @@ SessionState state_of(const Session& session);
 /// Session with one mesh "ball" of 320 vertices (refined to 1280), region, smoothing and attraction, in the sphere
 /// phantom.
 Scene ball_scene();
+/// Image of ball_scene(), with noise.
+const Volume& ball_image();
+const MeshItem& first_mesh(const Session& session);
 std::unique_ptr<Session> open_session(int threads = 1, Scene scene = ball_scene());
 int simulation_index(const char* name);
 int parameter_index(const char* force, const char* parameter);
