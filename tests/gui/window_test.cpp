@@ -5,10 +5,12 @@
 #include <QCheckBox>
 #include <QDoubleSpinBox>
 #include <QSlider>
+#include <QTest>
 
 #include "gui/panels/force_panel.h"
 #include "gui/panels/parameter_row.h"
 #include "gui/panels/simulation_panel.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/views/space_view.h"
 #include "gui/window/message_bar.h"
 #include "gui/workbench/frame_loop.h"
@@ -401,6 +403,29 @@ TEST_F(WindowTest, AnErrorIsOneLineInTheWindow) {
   EXPECT_TRUE(window_->messages().text().contains("far"));
   EXPECT_FALSE(window_->messages().text().contains('\n'));
   EXPECT_EQ(scene().meshes.size(), 1u);
+}
+
+TEST_F(PausedPhantomTest, TheSpaceViewIsDrawnLessOftenThanTheSlicesBySoftware) {
+  const std::string renderer = window_->drawn().buffers().renderer();
+  if (renderer.find("llvmpipe") == std::string::npos) GTEST_SKIP() << "skipped: the renderer is " << renderer;
+  QTest::qWait(300);
+  int slices = 0, spaces = 0;
+  QObject::connect(&axial(), &View::about_to_paint, window_.get(), [&] { ++slices; });
+  QObject::connect(&window_->views().space(), &View::about_to_paint, window_.get(), [&] { ++spaces; });
+  const double start_s = FrameStatistics::now_s();
+  double last_change_s = 0, last_paint_s = 0;
+  QObject::connect(&window_->views().space(), &View::about_to_paint, window_.get(),
+                   [&] { last_paint_s = FrameStatistics::now_s(); });
+  for (int frame = 0; frame < 30; ++frame) {
+    const int before = slices;
+    emit bench().pose_changed();
+    last_change_s = FrameStatistics::now_s();
+    ASSERT_TRUE(wait_until([&] { return slices > before; }));
+  }
+  const double seconds = last_change_s - start_s;
+  EXPECT_GE(spaces, 1);
+  EXPECT_LE(spaces, 1 + static_cast<int>(seconds / 0.1) + 1) << "in " << seconds << " s";
+  EXPECT_TRUE(wait_until([&] { return last_paint_s > last_change_s; })) << "the last change is shown";
 }
 
 }  // namespace

@@ -40,7 +40,6 @@ std::string gl_renderer() {
   return name ? name : "unknown renderer";
 }
 
-namespace {
 bool is_software_renderer() {
   static const bool software = [] {
     const std::string name = gl_renderer();
@@ -49,7 +48,6 @@ bool is_software_renderer() {
   }();
   return software;
 }
-}  // namespace
 
 void begin_frame(const Projection& projection, const Rgba& background) {
   glViewport(0, 0, static_cast<int>(projection.viewport_px.x()), static_cast<int>(projection.viewport_px.y()));

@@ -24,6 +24,8 @@ Rgba rgba_of(const QColor& colour, float alpha = 1);
 void load_gl();
 /// Name of the renderer of the current context, such as "llvmpipe ...".
 std::string gl_renderer();
+/// Whether the current context draws on the CPU.
+bool is_software_renderer();
 
 /// Projection of the world to the screen.
 struct Projection {

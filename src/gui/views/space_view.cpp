@@ -20,9 +20,20 @@ SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
   QSurfaceFormat smooth = format();
   smooth.setSamples(2);
   setFormat(smooth);
+  late_.setSingleShot(true);
+  connect(&late_, &QTimer::timeout, this, qOverload<>(&QWidget::update));
 }
 
 SpaceView::~SpaceView() { destroy_gl_objects(); }
+
+void SpaceView::show_progress() {
+  constexpr int kLeastMs = 100;
+  const qint64 passed_ms = since_paint_.isValid() ? since_paint_.elapsed() : kLeastMs;
+  if (passed_ms >= kLeastMs || !is_software_)
+    update();
+  else if (!late_.isActive())
+    late_.start(static_cast<int>(kLeastMs - passed_ms));
+}
 
 void SpaceView::fit() {
   if (!workbench_.has_volume()) return;
@@ -48,6 +59,7 @@ void SpaceView::create_painters() {
   line_painter_.create();
   disc_painter_.create();
   mesh_painter_.create();
+  is_software_ = is_software_renderer();
 }
 
 void SpaceView::destroy_painters() {
@@ -75,6 +87,7 @@ void SpaceView::prepare() {
 }
 
 void SpaceView::paint() {
+  since_paint_.start();
   const Projection projection = this->projection();
   begin_frame(projection, rgba_of(theme::kSpaceBackground));
   if (!workbench_.has_volume()) return;

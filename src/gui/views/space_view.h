@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <QElapsedTimer>
+#include <QTimer>
+
 #include "gui/input/bindings.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/views/orbit_camera.h"
@@ -18,6 +21,9 @@ class SpaceView : public View {
 
   void fit() override;
   void centre_on_crosshair() override;
+  /// Software renderers need more time for this view than for the slices together: there, it is repainted at most ten
+  /// times a second.
+  void show_progress() override;
   /// Copies the camera of another view.
   void copy_camera(const SpaceView& other);
 
@@ -60,6 +66,9 @@ class SpaceView : public View {
   void drag_point(const QPointF& pixel);
   void pick(const QPointF& pixel);
 
+  bool is_software_ = false;
+  QElapsedTimer since_paint_;
+  QTimer late_;  ///< repaints after changes that were not shown at once
   OrbitCamera camera_;
   PointWheel point_wheel_;
   ItemId dragged_point_ = 0;

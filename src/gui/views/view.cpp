@@ -16,13 +16,13 @@ View::View(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
   setMinimumSize(160, 120);
   const auto repaint = [this] { update(); };
   connect(&workbench_, &Workbench::scene_changed, this, repaint);
-  connect(&workbench_, &Workbench::pose_changed, this, repaint);
+  connect(&workbench_, &Workbench::pose_changed, this, &View::show_progress);
   // A running simulation shows the point in its next frame; an extra repaint would delay that frame.
   connect(&workbench_, &Workbench::point_moved, this, [this] {
     if (!workbench_.running()) update();
   });
   connect(&workbench_, &Workbench::view_changed, this, repaint);
-  connect(&workbench_, &Workbench::solving_changed, this, repaint);
+  connect(&workbench_, &Workbench::solving_changed, this, &View::show_progress);
   connect(&workbench_, &Workbench::volume_changed, this, [this] { fit(); });
 }
 

@@ -20,6 +20,10 @@ class View : public QOpenGLWidget {
   virtual void fit() = 0;
   virtual void centre_on_crosshair() = 0;
 
+ public slots:
+  /// Repaints the view, because only poses or the progress of a solution have changed.
+  virtual void show_progress() { update(); }
+
  signals:
   void maximise_requested();
   void about_to_paint();
