@@ -89,11 +89,22 @@ VoxelBox grow_around(const VoxelBox& box, const VoxelBox& object, const VolumeGe
   return grown;
 }
 
+bool is_thin(double mm3, const VoxelBox& bounds, const Eigen::Vector3d& cell_mm) {
+  constexpr double kLeastFill = 0.2;             // share of the bounding box
+  constexpr double kTube = 0.25, kPlate = 0.17;  // middle extent per largest one; smallest per middle one
+  Eigen::Array3d extent_mm = cell_mm.array();
+  for (int a = 0; a < 3; ++a) extent_mm[a] *= bounds.size[a];
+  const double box_mm3 = extent_mm.prod();
+  std::sort(extent_mm.begin(), extent_mm.end());
+  return mm3 < kLeastFill * box_mm3 || extent_mm[1] < kTube * extent_mm[2] || extent_mm[0] < kPlate * extent_mm[1];
+}
+
 bool VolumeInBoxes::add(double mm3, const VoxelBox& box) {
   constexpr double kConstant = 1.05, kSpreading = 1.3;
   if (constant_mm3_ > 0 && mm3 > kSpreading * constant_mm3_) return true;
-  if (last_mm3_ > 0 && mm3 <= kConstant * last_mm3_) constant_mm3_ = std::max(mm3, last_mm3_), constant_in_ = box;
-  last_mm3_ = mm3;
+  if (box != last_in_ && last_mm3_ > 0 && mm3 <= kConstant * last_mm3_)
+    constant_mm3_ = std::max(mm3, last_mm3_), constant_in_ = box;
+  last_mm3_ = mm3, last_in_ = box;
   return false;
 }
 

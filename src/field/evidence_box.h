@@ -31,18 +31,22 @@ CellSize cell_size_for(const VoxelBox& voxels, const VolumeGeometry& volume, dou
 /// such side.
 VoxelBox grow_around(const VoxelBox& box, const VoxelBox& object, const VolumeGeometry& geometry);
 
+/// Whether an object with this volume and bounding box (in cells) fills less than a fifth of that box, like a curved
+/// tube or a shell, or is a straight tube or a flat plate. `cell_mm`: edges of a cell.
+bool is_thin(double mm3, const VoxelBox& bounds, const Eigen::Vector3d& cell_mm);
+
 /// Volumes of an object in boxes that grow. An object whose volume is constant from one box to the next, by at most 5%,
 /// is complete; if the volume increases by 30% in later boxes, the object spreads through a narrow connection.
 class VolumeInBoxes {
  public:
-  /// Adds the volume in the next box, mm^3. Returns whether the object spreads; constant_in() then is the box in which
-  /// it was complete.
+  /// Adds the volume in the next box, mm^3; replaces it if the box is the last one. Returns whether the object spreads;
+  /// constant_in() then is the box in which it was complete.
   bool add(double mm3, const VoxelBox& box);
   const VoxelBox& constant_in() const { return constant_in_; }
 
  private:
   double last_mm3_ = 0, constant_mm3_ = 0;
-  VoxelBox constant_in_{};
+  VoxelBox last_in_{}, constant_in_{};
 };
 
 }  // namespace simplexseg

@@ -20,10 +20,7 @@ namespace {
 constexpr int kMostGrowths = 12;
 constexpr double kGrowingTolerance = 0.1;     // of the solver while the box grows
 constexpr double kLeakShare = 0.05;           // share of the object in the cells near the sides of the box
-constexpr double kLeastFill = 0.2;            // least share of its bounding box in an object that is not thin
-constexpr double kSurelyLarge = 3;            // multiple of max_volume above which any object spreads
-constexpr double kTube = 0.25;                // middle extent of a tube, share of its largest
-constexpr double kPlate = 0.17;               // smallest extent of a plate, share of its middle one
+constexpr double kAlwaysExceeds = 3;          // multiple of max_volume above which an object spreads wherever it grows
 constexpr int kMostCutSides = 3;              // sides by which a corner of a box cuts an object
 constexpr double kHalfOffsetCorrections = 4;  // equal corrections with half of the largest offset
 constexpr double kHalfWeightMarks = 10;       // marks with half of the largest temporal weight
@@ -220,19 +217,10 @@ void EvidenceField::record(const FieldSolver::Solved& solved) {
   border_share_ = solved.border_share;
 }
 
-bool EvidenceField::is_thin() const {
-  Eigen::Array3d extent_mm = cells_.spacing_mm.array();
-  for (int a = 0; a < 3; ++a) extent_mm[a] *= bounds_.size[a];
-  const double volume_mm3 = extent_mm.prod();
-  std::sort(extent_mm.begin(), extent_mm.end());
-  const bool tube = extent_mm[1] < kTube * extent_mm[2], plate = extent_mm[0] < kPlate * extent_mm[1];
-  return tube || plate || object_mm3_ < kLeastFill * volume_mm3;
-}
-
-bool EvidenceField::spreads(const VoxelBox& grown) const {
-  const double ball_mm3 = 4 * std::numbers::pi / 3 * std::pow(scale_mm_, 3);
-  if (!has_edges_ || object_mm3_ <= settings_.max_volume * ball_mm3 || is_thin()) return false;
-  if (object_mm3_ > kSurelyLarge * settings_.max_volume * ball_mm3) return true;
+bool EvidenceField::exceeds_volume(const VoxelBox& grown) const {
+  const double most_mm3 = settings_.max_volume * 4 * std::numbers::pi / 3 * std::pow(scale_mm_, 3);
+  if (!has_edges_ || object_mm3_ <= most_mm3) return false;
+  if (object_mm3_ > kAlwaysExceeds * most_mm3) return true;
   if (grown == box_) return false;
   int moved = 0;
   for (int a = 0; a < 3; ++a) {
@@ -288,8 +276,8 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   const auto grows = [&] {
     if (report_.stopped || bounds_.voxel_count() == 0 || report_.growths == kMostGrowths) return false;
     const VoxelBox grown = grow_around(box_, bounds_, cells_);
-    const bool leaks = volumes.add(object_mm3_, region_) && !is_thin();
-    if (leaks || spreads(grown)) {
+    const bool leaks = volumes.add(object_mm3_, region_);
+    if ((leaks || exceeds_volume(grown)) && !is_thin(object_mm3_, bounds_, cells_.spacing_mm)) {
       report_.stopped = true;
       if (report_.growths == 0) return false;
       set_region(leaks ? volumes.constant_in() : before_growth);

@@ -45,11 +45,11 @@ class EvidenceField {
     int growths = 0;     ///< growth steps of the box in this update
     double error = 0;    ///< largest correction at which the solver stopped; errors are a few times that
     double beta = 0;     ///< sharpness of the conductances
-    /// Whether growth stopped because the object spread, which thin objects never do. Either its volume was constant in
-    /// an earlier box (VolumeInBoxes), or it exceeded EvidenceSettings::max_volume balls of its scale and filled 5% of
-    /// the cells near the sides of the box or was near four sides, or it exceeded three times that. A seed without
-    /// edges nearby (SeedScale::has_edges) sets no limit to the volume. The field is that of the box before the object
-    /// spread, which later marks may enlarge.
+    /// Whether growth stopped because the object spread, which thin objects (is_thin()) never do. Either its volume was
+    /// constant in an earlier box (VolumeInBoxes), or it exceeded EvidenceSettings::max_volume balls of its scale and
+    /// filled 5% of the cells near the sides of the box or was near four sides, or it exceeded three times that. A seed
+    /// without edges nearby (SeedScale::has_edges) sets no limit to the volume. The field is that of the box before the
+    /// object spread, which later marks may enlarge.
     bool stopped = false;
     /// Whether the object spreads: growth stopped, or the object fills 5% of the cells near the sides of the last box
     /// and is near a side beyond which the volume continues or near four sides of the volume. An object that is cut by
@@ -110,10 +110,8 @@ class EvidenceField {
   void record(const FieldSolver::Solved& solved);
   /// Opens the sides of the volume that cut the object. Returns whether there are new ones.
   bool open_cut_sides();
-  /// Whether the object fills a small share of its bounding box, or is a straight tube or a flat plate.
-  bool is_thin() const;
-  /// Whether the object spreads, if the box would have to grow to `grown` (Report::stopped).
-  bool spreads(const VoxelBox& grown) const;
+  /// Whether the object is too large for its scale, if the box would have to grow to `grown` (Report::stopped).
+  bool exceeds_volume(const VoxelBox& grown) const;
 
   std::unique_ptr<Volume> volume_;  // solver_ has a reference to it
   EvidenceSettings settings_;

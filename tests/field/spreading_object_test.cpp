@@ -30,13 +30,34 @@ TEST(VolumeInBoxes, AnIncreaseAfterAConstantVolumeIsALeak) {
   EXPECT_EQ(volumes.constant_in(), box_of(4)) << "the last box in which the volume was constant";
 }
 
+TEST(VolumeInBoxes, ASecondVolumeInTheSameBoxReplacesTheFirst) {
+  VolumeInBoxes volumes;
+  EXPECT_FALSE(volumes.add(100, box_of(1)));
+  EXPECT_FALSE(volumes.add(102, box_of(1)));
+  EXPECT_FALSE(volumes.add(150, box_of(2))) << "the volume was not constant over a growth";
+}
+
+TEST(ThinObjects, AreTubesPlatesAndWhatFillsLittleOfItsBox) {
+  const Eigen::Vector3d mm(1, 1, 2);
+  const auto is_thin_in = [&](const std::array<int, 3>& size, double fill) {
+    const double cells = static_cast<double>(size[0]) * size[1] * size[2];
+    return is_thin(fill * 2 * cells, {{0, 0, 0}, size}, mm);
+  };
+  EXPECT_FALSE(is_thin_in({20, 20, 10}, 0.5)) << "a cube";
+  EXPECT_TRUE(is_thin_in({20, 20, 10}, 0.19)) << "a shell";
+  EXPECT_TRUE(is_thin_in({10, 10, 21}, 0.8)) << "a tube of 10 x 10 x 42 mm";
+  EXPECT_FALSE(is_thin_in({10, 10, 19}, 0.8));
+  EXPECT_TRUE(is_thin_in({20, 20, 1}, 1)) << "a plate of 20 x 20 x 2 mm";
+  EXPECT_FALSE(is_thin_in({20, 20, 2}, 1));
+}
+
 VolumeGeometry grid_of(std::array<int, 3> size) {
   VolumeGeometry geometry;
   geometry.size = size;
   return geometry;
 }
 
-TEST(SpreadingObject, AStraightTubeOfManyBallsIsNone) {
+TEST(SpreadingObject, AStraightTubeOfManyBallsIsNotStopped) {
   const auto tube = [](const Eigen::Vector3d& p) {
     return std::hypot(p.x() - 15, p.y() - 15) <= 3 && p.z() >= 10 && p.z() <= 190 ? 100.0 : 0.0;
   };
@@ -48,7 +69,7 @@ TEST(SpreadingObject, AStraightTubeOfManyBallsIsNone) {
   EXPECT_GT(dice(scene.truth, field.object()), 0.9);
 }
 
-TEST(SpreadingObject, AStoppedOneKeepsItsLastBox) {
+TEST(SpreadingObject, IsStoppedIfItHasMoreBallsThanTheLimit) {
   const auto ellipsoid = [](const Eigen::Vector3d& p) {
     const Eigen::Vector3d d = p - Eigen::Vector3d(20, 20, 60);
     return d.cwiseQuotient(Eigen::Vector3d(12, 12, 36)).norm() <= 1 ? 100.0 : 0.0;
