@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "core/error.h"
 #include "gui/views/drawn_scene.h"
@@ -23,7 +24,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kLongestSettlingS = 60;
+constexpr double kLongestSettlingS = 60, kSettledS = 0.5;
 
 void wait_until_s(double due_s) {
   const int ms = static_cast<int>(std::ceil(std::max(0.0, due_s - FrameStatistics::now_s()) * 1e3));
@@ -116,13 +117,49 @@ FrameStatistics::Record joined(FrameStatistics::Record a, const FrameStatistics:
   return a;
 }
 
+std::uint64_t bytes_read_back(MainWindow& window) { return window.workbench().session().engine().bytes_read_back(); }
+
+/// Part of a measurement.
+struct Part {
+  FrameStatistics::Record frames;
+  std::uint64_t bytes, bytes_to_begin;  ///< read back after the start of the drag, and at its start, for undo
+};
+/// Measures for `seconds` and drags `point`, if there is one.
+Part measure_part(MainWindow& window, double seconds, std::optional<ItemId> point) {
+  FrameStatistics& statistics = window.loop().statistics();
+  const double end_s = FrameStatistics::now_s() + seconds;
+  const std::uint64_t before = bytes_read_back(window);
+  Part part{};
+  statistics.start_recording();
+  if (point)
+    part.bytes_to_begin = drag_point(window, *point, end_s);
+  else
+    wait_until_s(end_s);
+  part.frames = statistics.stop_recording();
+  part.bytes = bytes_read_back(window) - before - part.bytes_to_begin;
+  return part;
+}
+
+QJsonObject describe(const Part& part) {
+  QJsonObject json = describe(part.frames);
+  json["bytes_read_back"] = static_cast<qint64>(part.bytes);
+  json["bytes_read_back_to_begin"] = static_cast<qint64>(part.bytes_to_begin);
+  return json;
+}
+
+/// Waits until all meshes have settled; returns whether they have.
+bool wait_until_settled(MainWindow& window) {
+  const double deadline_s = FrameStatistics::now_s() + kLongestSettlingS;
+  do wait_until_s(FrameStatistics::now_s() + 0.2);
+  while (!window.loop().settled() && FrameStatistics::now_s() < deadline_s);
+  return window.loop().settled();
+}
+
 }  // namespace
 
 QByteArray measure(MainWindow& window, double seconds) {
   Workbench& bench = window.workbench();
   if (bench.scene().meshes.empty()) throw Error("measurement", "the scene has no mesh", "give a scene with a mesh");
-  FrameStatistics& statistics = window.loop().statistics();
-  const auto bytes = [&] { return bench.session().engine().bytes_read_back(); };
   const int tolerance = find_parameter(simulation_table(), "rest_tolerance");
   const float rest_tolerance = bench.scene().simulation.rest_tolerance_voxels;
   bench.apply(SetSimulationParameter{tolerance, 0});
@@ -137,33 +174,16 @@ QByteArray measure(MainWindow& window, double seconds) {
   bench.run();
   wait_until_s(FrameStatistics::now_s() + 1);
 
-  const double start_s = FrameStatistics::now_s();
-  const std::uint64_t bytes_at_start = bytes();
-  statistics.start_recording();
-  wait_until_s(start_s + seconds / 3);
-  const FrameStatistics::Record simulating = statistics.stop_recording();
-  const std::uint64_t bytes_between = bytes();
-  statistics.start_recording();
-  const std::uint64_t bytes_to_begin = drag_point(window, point, start_s + seconds * 2 / 3);
-  const FrameStatistics::Record dragging = statistics.stop_recording();
-  const std::uint64_t bytes_at_end = bytes();
+  const Part simulating = measure_part(window, seconds / 3, std::nullopt);
+  const Part dragging = measure_part(window, seconds / 3, point);
 
   // Meshes that settle sleep, as for a user.
   bench.apply(SetSimulationParameter{tolerance, rest_tolerance});
-  const double deadline_s = FrameStatistics::now_s() + kLongestSettlingS;
-  wait_until_s(FrameStatistics::now_s() + 0.2);
-  while (!window.loop().settled() && FrameStatistics::now_s() < deadline_s)
-    wait_until_s(FrameStatistics::now_s() + 0.05);
-  const bool settled = window.loop().settled();
-  const std::uint64_t bytes_at_rest = bytes();
-  wait_until_s(FrameStatistics::now_s() + 0.5);
-  const std::uint64_t bytes_before_correction = bytes();
-  statistics.start_recording();
-  drag_point(window, point, FrameStatistics::now_s() + seconds / 3);
-  const FrameStatistics::Record correcting = statistics.stop_recording();
-  const std::uint64_t bytes_after_correction = bytes();
+  const bool settled = wait_until_settled(window);
+  const Part waiting = measure_part(window, kSettledS, std::nullopt);
+  const Part correcting = measure_part(window, seconds / 3, point);
 
-  QJsonObject json = describe(joined(simulating, dragging));
+  QJsonObject json = describe(joined(simulating.frames, dragging.frames));
   qint64 vertices = 0;
   for (const MeshItem& item : bench.scene().meshes) vertices += item.mesh.vertex_count();
   json["renderer"] = QString::fromStdString(window.drawn().buffers().renderer());
@@ -173,18 +193,13 @@ QByteArray measure(MainWindow& window, double seconds) {
   json["size"] = QString("%1x%2").arg(window.width()).arg(window.height());
   json["meshes"] = static_cast<qint64>(bench.scene().meshes.size());
   json["vertices"] = vertices;
-  json["bytes_read_back"] = static_cast<qint64>(bytes_at_end - bytes_at_start);
-  QJsonObject first = describe(simulating), second = describe(dragging);
-  first["bytes_read_back"] = static_cast<qint64>(bytes_between - bytes_at_start);
-  second["bytes_read_back_to_begin"] = static_cast<qint64>(bytes_to_begin);
-  second["bytes_read_back"] = static_cast<qint64>(bytes_at_end - bytes_between - bytes_to_begin);
-  json["simulating"] = first;
-  json["dragging"] = second;
-  QJsonObject third = describe(correcting);
-  third["settled_before"] = settled;
-  third["bytes_read_back_at_rest"] = static_cast<qint64>(bytes_before_correction - bytes_at_rest);
-  third["bytes_read_back"] = static_cast<qint64>(bytes_after_correction - bytes_before_correction);
-  json["correcting"] = third;
+  json["bytes_read_back"] = static_cast<qint64>(simulating.bytes + dragging.bytes_to_begin + dragging.bytes);
+  json["simulating"] = describe(simulating);
+  json["dragging"] = describe(dragging);
+  QJsonObject last = describe(correcting);
+  last["settled_before"] = settled;
+  last["bytes_read_back_before"] = static_cast<qint64>(waiting.bytes);
+  json["correcting"] = last;
   return QJsonDocument(json).toJson(QJsonDocument::Indented);
 }
 

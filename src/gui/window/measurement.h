@@ -12,9 +12,9 @@ class MainWindow;
 ///   constant.
 /// - dragging: in addition, a boundary point is dragged in the axial view by mouse events, about every 30 ms, through
 ///   the event loop.
-/// - correcting: meshes that settle sleep, as for a user. Once all have settled, which is waited for up to a minute,
-/// the
-///   point is dragged again.
+/// - correcting: meshes that settle sleep, as for a user. Once all have settled, or after a minute, the point is
+/// dragged
+///   again.
 /// A latency is measured from the time at which the event was due, so it includes the time in the queue. Throws Error
 /// if there is no mesh.
 QByteArray measure(MainWindow& window, double seconds);
