@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Agreement of the evidence fields of CPU and CUDA under the same marks. The robot user (docs/clicks.md) corrects the
 // field of the CPU, and the field of the device receives the same marks.
-//   bench_backends IMAGE LABELS [--label N...] [--max 10] [--first cpu|cuda] [--second cpu|cuda]
+//   bench_backends IMAGE LABELS [--label N...] [--max 10]
 // Prints for each object the Dice between the two objects after each update, and the Dice of both with the reference
 // after the last update.
 #include <CLI/CLI.hpp>
@@ -13,62 +13,56 @@
 #include <thread>
 #include <vector>
 
-#include "cli/study.h"
+#include "cli/reference_mask.h"
 #include "core/error.h"
 #include "core/thread_pool.h"
 #include "field/field_subject.h"
 #include "gpu/backend.h"
 #include "image/metrics.h"
+#include "io/labels/label_file.h"
 #include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
 
-/// Two fields under the same marks; the robot user sees the first.
-class TwoFields : public RobotSubject {
+/// Field of the CPU that the robot user corrects, and field of the device under the same marks.
+class BothFields : public FieldSubject<> {
  public:
-  TwoFields(const Volume& image, const RunJobs& run, const MakeFieldSolver& first, const MakeFieldSolver& second)
-      : first_(image, run, {}, first), second_(image, run, {}, second) {}
+  BothFields(const Volume& image, const RunJobs& run)
+      : FieldSubject(image, run), on_device_(image, run, {}, make_cuda_field_solver) {}
   Mask segment(std::span<const Mark> marks) override {
-    first_.update(marks);
-    second_.update(marks);
-    Mask object = first_.object();
-    object_of_second_ = second_.object();
-    agreement_.push_back(dice(object, object_of_second_));
+    Mask object = FieldSubject::segment(marks);
+    on_device_.update(marks);
+    object_on_device_ = on_device_.object();
+    agreement_.push_back(dice(object, object_on_device_));
     return object;
   }
-  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return first_.brush_mm(kind, mm); }
+  /// Dice between the two objects after each update.
   const std::vector<double>& agreement() const { return agreement_; }
-  const Mask& object_of_second() const { return object_of_second_; }
+  const Mask& object_on_device() const { return object_on_device_; }
 
  private:
-  EvidenceField first_, second_;
-  Mask object_of_second_;
+  EvidenceField on_device_;
+  Mask object_on_device_;
   std::vector<double> agreement_;
 };
 
-MakeFieldSolver solver_named(const std::string& backend) {
-  if (backend == "cuda") return make_cuda_field_solver;
-  return make_cpu_field_solver;
-}
-
-void bench(const std::string& image_file, const std::string& label_file, const std::vector<double>& labels, int most,
-           const std::string& first, const std::string& second) {
-  const Volume image = read_volume(image_file), reference = read_volume(label_file);
+void bench(const std::string& image_file, const std::string& label_file, const std::vector<double>& label, int most) {
+  const Volume image = read_volume(image_file);
+  LabelFile labels(label_file);
   ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
-  std::vector<std::optional<double>> wanted(labels.begin(), labels.end());
+  RobotSettings settings;
+  settings.most_clicks = most;
+  std::vector<std::optional<double>> wanted(label.begin(), label.end());
   if (wanted.empty()) wanted.emplace_back();
-  for (const std::optional<double>& label : wanted) {
-    Mask truth = mask_of(reference, label);
-    truth.geometry = image.geometry();  // equal up to rounding
-    TwoFields fields(image, run, solver_named(first), solver_named(second));
-    RobotSettings settings;
-    settings.most_clicks = most;
+  for (const std::optional<double>& value : wanted) {
+    const Mask truth = reference_mask(labels, value, image.geometry(), label_file, image_file);
+    BothFields fields(image, run);
     const std::vector<RobotClick> clicks = run_robot(truth, fields, settings, [](int, const Mask&) {});
-    std::printf("%s %g:", image_file.c_str(), label.value_or(0));
+    std::printf("%s %g:", image_file.c_str(), value.value_or(0));
     for (const double agreement : fields.agreement()) std::printf(" %.5f", agreement);
-    std::printf("; %.4f %.4f\n", clicks.back().agreement.dice, dice(truth, fields.object_of_second()));
+    std::printf("; %.4f %.4f\n", clicks.back().agreement.dice, dice(truth, fields.object_on_device()));
     std::fflush(stdout);
   }
 }
@@ -78,18 +72,16 @@ void bench(const std::string& image_file, const std::string& label_file, const s
 
 int main(int argc, char** argv) {
   CLI::App app{"Agreement of the evidence fields of CPU and CUDA"};
-  std::string image, labels, first = "cpu", second = "cuda";
+  std::string image, labels;
   std::vector<double> label;
   int most = 10;
   app.add_option("image", image)->required();
   app.add_option("labels", labels)->required();
   app.add_option("--label", label);
   app.add_option("--max", most);
-  app.add_option("--first", first)->check(CLI::IsMember({"cpu", "cuda"}));
-  app.add_option("--second", second)->check(CLI::IsMember({"cpu", "cuda"}));
   CLI11_PARSE(app, argc, argv);
   try {
-    simplexseg::bench(image, labels, label, most, first, second);
+    simplexseg::bench(image, labels, label, most);
   } catch (const simplexseg::Error& error) {
     std::cerr << error.what() << "\n";
     return 1;
