@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/iso_surface.h"
-#include "genus.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "genus.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {

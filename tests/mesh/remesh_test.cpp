@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/remesh.h"
-#include "genus.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +10,7 @@
 #include <numbers>
 #include <vector>
 
+#include "genus.h"
 #include "mesh/iso_surface.h"
 #include "mesh/mesh_geometry.h"
 

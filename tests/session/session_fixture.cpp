@@ -82,9 +82,10 @@ Scene ball_scene() {
 
 const Volume& ball_image() { return phantom("sphere", 100, 10).image; }
 const MeshItem& first_mesh(const Session& session) { return session.scene().meshes.at(0); }
+
 std::unique_ptr<Session> open_session(int threads, Scene scene) {
   auto session = std::make_unique<Session>(make_cpu_engine(threads));
-  session->open(std::move(scene), phantom("sphere", 100, 10).image);
+  session->open(std::move(scene), ball_image());
   return session;
 }
 
