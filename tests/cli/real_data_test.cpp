@@ -97,10 +97,13 @@ TEST(RealData, AdjacentOrgansSettle) {
 }
 
 /// Bowel next to the kidney: voxels of similar appearance extend far and are not one object.
-TEST(RealData, ASeedInBowelIsReportedAsSpreading) {
+TEST(RealData, ASeedInBowelIsReported) {
   std::optional<Volume> image = volume_of("ct_abdomen/ct.nii.gz");
   if (!image) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
-  for (const Eigen::Vector3d& at : {Eigen::Vector3d(78.956, -164.319, 316.302), {-92.044, -179.319, 322.302}}) {
+  const std::pair<Eigen::Vector3d, const char*> seeds[] = {
+      {{78.956, -164.319, 316.302}, "'bowel' spreads without finding a border"},
+      {{-92.044, -179.319, 322.302}, "'bowel' is probably wrong"}};
+  for (const auto& [at, warning] : seeds) {
     Scene scene;
     scene.simulation = default_simulation_parameters();
     Session session(make_cpu_engine(2));
@@ -108,7 +111,7 @@ TEST(RealData, ASeedInBowelIsReportedAsSpreading) {
     session.apply(AddMesh{"bowel", {at, 6}, std::nullopt});
     const Advance done = session.advance_steps(1);
     ASSERT_EQ(done.warnings.size(), 1u);
-    EXPECT_NE(done.warnings[0].find("'bowel' spreads without finding a border"), std::string::npos) << done.warnings[0];
+    EXPECT_NE(done.warnings[0].find(warning), std::string::npos) << done.warnings[0];
   }
 }
 
