@@ -13,6 +13,7 @@
 #include "field/evidence_box.h"
 #include "field/open_sides.h"
 #include "field/seed_scale.h"
+#include "field/stroke.h"
 
 namespace simplexseg {
 namespace {
@@ -128,12 +129,13 @@ EvidenceField::Correction EvidenceField::correction_of(const Mark& mark,
 BandTerms EvidenceField::band_terms() const {
   BandTerms terms;
   double sum = 0, count = kHalfOffsetCorrections;
-  for (const Correction& correction : corrections_) sum += correction.sign, count += std::abs(correction.sign);
+  for (std::size_t m = 0; m < marks_.size(); ++m)
+    if (!marks_[m].continues) sum += corrections_[m].sign, count += std::abs(corrections_[m].sign);
   terms.offset_log_odds = settings_.band_offset * sum / count;
   if (!solver_->has_previous() || !settings_.memory) return terms;
   if (settings_.temporal_weight == 0 && settings_.shift_weight == 0) return terms;
-  const auto marks = static_cast<double>(marks_.size());
-  terms.temporal_weight = settings_.temporal_weight * marks / (marks + kHalfWeightMarks);
+  const double prompts = prompt_count(marks_);
+  terms.temporal_weight = settings_.temporal_weight * prompts / (prompts + kHalfWeightMarks);
   for (std::size_t m = first_new_mark_; m < marks_.size(); ++m) {
     const Correction& correction = corrections_[m];
     if (correction.outward_mm == 0 && correction.error_depth_mm == 0) continue;
@@ -310,7 +312,7 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   report_.open_sides = open_sides_;
   FieldSolver::Solved found = refined.found;
   if (!previous_sides_.empty() && settings_.memory && settings_.far_change > 0) {
-    const double part = static_cast<double>(marks_.size()) / settings_.far_change;
+    const double part = prompt_count(marks_) / settings_.far_change;
     found = solver_->damp_far_change(new_mark_balls(), settings_.far_change_depths, 1 / (1 + part * part));
   }
   bounds_ = found.bounds;

@@ -107,7 +107,8 @@ struct MarkView {
   float noise;           ///< noise_of()
   float shell_contrast;  ///< median z-score in the shell around the marks
   float scale_mm, radius_mm, least_spacing_mm;
-  int marks;  ///< number of balls
+  int ball_count;
+  int marks;  ///< prompt_ball_count()
   bool use_geodesic, use_random_walk;
 
   SIMPLEXSEG_HD float image_z_score(int voxel) const { return z_score(0, image[voxel]); }

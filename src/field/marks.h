@@ -17,6 +17,7 @@ struct Mark {
   Eigen::Vector3d position_mm{0, 0, 0};  ///< patient frame (LPS)
   double radius_mm = 0;                  ///< > 0; the nearest voxel is marked whatever the radius
   Eigen::Vector3d outward{0, 0, 0};      ///< boundary marks only: direction out of the object, any length > 0
+  bool continues = false;                ///< whether it belongs to the same stroke as the mark before it
 
   bool operator==(const Mark&) const = default;
 };

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "field/robot_stroke.h"
+#include "field/stroke.h"
 #include "image/distance_map.h"
 
 namespace simplexseg {
@@ -186,11 +188,21 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
     before = std::move(now);
     RobotClickKind kind_of_click = settings.click_kind;
     Eigen::Vector3d surface = at;  // nearest point of the surface
-    if (kind_of_click != RobotClickKind::Marks) surface = boundary_near(before, at);
+    const bool of_surface = kind_of_click != RobotClickKind::Marks && kind_of_click != RobotClickKind::Strokes;
+    if (of_surface) surface = boundary_near(before, at);
     if (kind_of_click == RobotClickKind::Mixed) {
       const double near_mm = kNearVoxels * truth.geometry.spacing_mm.minCoeff();
       const double distance_mm = (surface - at).norm();  // 0 without a surface
       kind_of_click = distance_mm > 0 && distance_mm < near_mm ? RobotClickKind::Grabs : RobotClickKind::Marks;
+    }
+    const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
+    if (kind_of_click == RobotClickKind::Strokes) {
+      const std::vector<Eigen::Vector3d> path = stroke_in_error(part, before, *error, click + 1);
+      double radius_mm = subject.brush_mm(kind, path.front());
+      for (const Eigen::Vector3d& mm : path) radius_mm = std::min(radius_mm, subject.brush_mm(kind, mm));
+      const std::vector<Mark> stroke = marks_of_stroke(kind, path, radius_mm);
+      marks.insert(marks.end(), stroke.begin(), stroke.end());
+      continue;
     }
     if (kind_of_click != RobotClickKind::Marks) {
       const Eigen::Vector3d to = boundary_near(part, at);
@@ -201,7 +213,6 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
            kind_of_click == RobotClickKind::Grabs ? Eigen::Vector3d(sign * drag) : Eigen::Vector3d::Zero()});
       continue;
     }
-    const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
     marks.push_back({kind, at, subject.brush_mm(kind, at), {0, 0, 0}});
   }
   return clicks;

@@ -42,10 +42,11 @@ class RobotSubject {
 
 /// Kind of the clicks of a robot, at the worst error.
 enum class RobotClickKind {
-  Marks,   ///< inside or outside mark in the middle of the error
-  Points,  ///< boundary mark without a direction on the boundary of the reference beside the error
-  Grabs,   ///< drag of the surface beside the error to the boundary of the reference: boundary mark with a direction
-  Mixed,   ///< drag if the surface is near the middle of the error, else a mark
+  Marks,    ///< inside or outside mark in the middle of the error
+  Points,   ///< boundary mark without a direction on the boundary of the reference beside the error
+  Grabs,    ///< drag of the surface beside the error to the boundary of the reference: boundary mark with a direction
+  Mixed,    ///< drag if the surface is near the middle of the error, else a mark
+  Strokes,  ///< inside or outside stroke along the middle of the error
 };
 
 struct RobotSettings {

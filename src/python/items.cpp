@@ -73,8 +73,9 @@ py::object get_parameter(const SceneMesh& mesh, const std::string& name) {
 }
 
 ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const std::string& kind, double radius,
-                     const py::object& outward) {
+                     const py::object& outward, const std::vector<py::object>& path) {
   AddPoint command{mesh.id, vector_of(position, "position"), kind_of(kind), radius};
+  for (const py::object& vertex : path) command.path_mm.emplace_back(vector_of(vertex, "path") - command.position_mm);
   if (!(radius >= 0))
     throw Error("radius", "it is negative or not a number", "use a radius in mm, or 0 for the default");
   if (!outward.is_none()) command.outward = vector_of(outward, "outward");
@@ -154,11 +155,13 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
           "Sets forces.FORCE.PARAMETER to a number or to the name of a choice. Raises Error for an unknown name or a\n"
           "value out of range.")
       .def("add_point", &add_point, py::arg("position"), py::arg("kind") = "boundary", py::kw_only(),
-           py::arg("radius") = 0.0, py::arg("outward") = py::none(),
+           py::arg("radius") = 0.0, py::arg("outward") = py::none(), py::arg("path") = py::list(),
            "Adds a point and returns it. position: mm, LPS. kind: boundary (attracts the nearest part of the mesh), "
            "inside\n"
            "or outside. radius: radius of the marked ball, mm, 0 for the default. outward: outward direction of a\n"
-           "boundary point, None for the normal of the surface nearby. Raises Error for a mark outside the volume.")
+           "boundary point, None for the normal of the surface nearby. path: further vertices of a stroke, mm, LPS, "
+           "for\n"
+           "an inside or outside point. Raises Error for a mark outside the volume.")
       .def("evidence", &evidence,
            "Foreground probability, computed from seed and points, as a Volume (float32) on its box of voxels; None "
            "until\n"
@@ -192,7 +195,16 @@ void bind_point_item(py::class_<ScenePoint>& item) {
       .def_property_readonly(
           "radius",
           [](const ScenePoint& point) { return read_point(point, [](const UserPoint& p) { return p.radius_mm; }); },
-          "Radius of the marked ball, mm.")
+          "Radius of the marked ball, or of the balls along a stroke, mm.")
+      .def_property_readonly(
+          "path",
+          [](const ScenePoint& point) {
+            py::list path;
+            for (const Eigen::Vector3d& vertex : read_point(point, [](const UserPoint& p) { return p.vertices_mm(); }))
+              path.append(tuple_of(vertex));
+            return path;
+          },
+          "Vertices of a stroke, mm, LPS; the position alone for a point.")
       .def_property_readonly(
           "mesh",
           [](const ScenePoint& point) {

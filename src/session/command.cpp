@@ -15,7 +15,7 @@ const char* title(const DeleteMesh&) { return "delete segmentation"; }
 const char* title(const EditMesh&) { return "edit segmentation"; }
 const char* title(const SetForceParameter&) { return "change force parameter"; }
 const char* title(const SetSimulationParameter&) { return "change simulation parameter"; }
-const char* title(const AddPoint&) { return "add point"; }
+const char* title(const AddPoint& c) { return c.path_mm.empty() ? "add point" : "add stroke"; }
 const char* title(const MovePoint&) { return "move point"; }
 const char* title(const DeletePoint&) { return "delete point"; }
 const char* title(const ResetPose&) { return "reset segmentation"; }
@@ -66,12 +66,14 @@ std::string description(const AddMesh& c, const Scene&) {
   return c.name.empty() ? title(c) : std::string(title(c)) + ": " + c.name;
 }
 std::string description(const AddPoint& c, const Scene& scene) {
-  return std::string("add ") + name_of(c.kind) + " point" + mesh_suffix(c.mesh, scene);
+  return std::string("add ") + name_of(c.kind) + (c.path_mm.empty() ? " point" : " stroke") +
+         mesh_suffix(c.mesh, scene);
 }
 std::string description_of_point(const char* verb, ItemId id, const Scene& scene) {
   const UserPoint* const point = scene.find_point(id);
   if (!point) return std::string(verb) + " point";
-  return std::string(verb) + " " + name_of(point->kind) + " point" + mesh_suffix(point->mesh, scene);
+  return std::string(verb) + " " + name_of(point->kind) + (point->is_stroke() ? " stroke" : " point") +
+         mesh_suffix(point->mesh, scene);
 }
 std::string description(const MovePoint& c, const Scene& scene) { return description_of_point("move", c.point, scene); }
 std::string description(const DeletePoint& c, const Scene& scene) {

@@ -61,8 +61,9 @@ struct AddPoint {
   ItemId mesh;
   Eigen::Vector3d position_mm;
   MarkKind kind = MarkKind::Boundary;
-  double radius_mm = 0;              ///< radius of the marked ball, mm; 0: mark_radius_mm()
-  Eigen::Vector3d outward{0, 0, 0};  ///< boundary point: direction out of the object; 0: outward_at()
+  double radius_mm = 0;                    ///< radius of the marked ball, mm; 0: mark_radius_mm()
+  Eigen::Vector3d outward{0, 0, 0};        ///< boundary point: direction out of the object; 0: outward_at()
+  std::vector<Eigen::Vector3d> path_mm{};  ///< stroke: UserPoint::path_mm
 };
 struct MovePoint {
   ItemId point;

@@ -21,8 +21,19 @@ namespace {
 /// errors catches it.
 struct FieldCancelled {};
 
-/// Number of most recent marks that the first update of a mesh applies individually.
-constexpr std::size_t kIncrementalMarks = 8;
+/// Number of most recent points and strokes that the first update of a mesh applies individually.
+constexpr std::size_t kIncrementalPrompts = 8;
+
+/// Number of marks up to the end of each point or stroke that an update applies individually; the last is all marks.
+std::vector<std::size_t> ends_of_updates(const std::vector<Mark>& marks, bool first) {
+  std::vector<std::size_t> ends;
+  for (std::size_t m = 1; first && m < marks.size(); ++m)
+    if (!marks[m].continues) ends.push_back(m);
+  if (ends.size() > kIncrementalPrompts)
+    ends.erase(ends.begin(), ends.end() - static_cast<std::ptrdiff_t>(kIncrementalPrompts));
+  ends.push_back(marks.size());
+  return ends;
+}
 
 using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
 
@@ -45,15 +56,12 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::ve
     publish(std::move(preliminary));
   };
   try {
-    std::size_t count = marks.size();
-    if (first) count = std::max(count, kIncrementalMarks + 1) - kIncrementalMarks;
-    const std::size_t first_count = count;
-    for (; count <= marks.size(); ++count) {
-      const auto done = static_cast<float>(count - first_count);
-      const auto updates = static_cast<float>(marks.size() - first_count + 1);
+    const std::vector<std::size_t> ends = ends_of_updates(marks, first);
+    for (std::size_t update = 0; update < ends.size(); ++update) {
+      const auto done = static_cast<float>(update), updates = static_cast<float>(ends.size());
       field.update(
-          {marks.data(), count}, others, [&](float fraction) { report((done + fraction) / updates); },
-          publish && first && count == first_count ? std::function<void()>(publish_box) : nullptr);
+          {marks.data(), ends[update]}, others, [&](float fraction) { report((done + fraction) / updates); },
+          publish && first && update == 0 ? std::function<void()>(publish_box) : nullptr);
     }
     solved->leaks = field.report().leaks;
     solved->expected_dice = static_cast<float>(field.report().expected_dice);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "field/brush_radius.h"
+#include "field/stroke.h"
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
 #include "session/mesh_lifecycle.h"
@@ -19,9 +20,14 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
   for (const UserPoint& point : scene.points) {
     if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
     if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
-    const bool ball = point.kind != MarkKind::Boundary && point.radius_mm > 0;
-    marks.push_back({point.kind, point.position_mm, ball ? point.radius_mm : std::max(point.radius_mm, min_radius_mm),
-                     point.outward});
+    if (point.kind == MarkKind::Boundary) {
+      marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, min_radius_mm), point.outward});
+      continue;
+    }
+    const double radius_mm = point.radius_mm > 0 ? point.radius_mm : min_radius_mm;
+    std::vector<Mark> stroke = marks_of_stroke(point.kind, point.vertices_mm(), radius_mm);
+    std::erase_if(stroke, [&](const Mark& mark) { return !volume.geometry().contains(mark.position_mm); });
+    marks.insert(marks.end(), stroke.begin(), stroke.end());
   }
   return marks;
 }
@@ -80,6 +86,14 @@ double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d
   const MeshField& field = *item.field;
   const VolumeGeometry cells = cell_geometry(geometry, field.cell);
   return brush_radius_mm(cells, field.box, field.object_cells(), kind, position_mm, fields);
+}
+
+double stroke_radius_mm(const MeshItem& item, const UserPoint& stroke, const Volume& volume,
+                        const EvidenceSettings& fields) {
+  double radius_mm = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& at : stroke.vertices_mm())
+    radius_mm = std::min(radius_mm, mark_radius_mm(item, stroke.kind, at, volume, fields));
+  return radius_mm;
 }
 
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume) {

@@ -12,8 +12,8 @@ namespace simplexseg {
 class Volume;
 struct VolumeGeometry;
 
-/// Marks of a mesh: its seed, then its points in the order in which they were placed. Points outside the volume and
-/// boundary points without a direction are omitted.
+/// Marks of a mesh: its seed, then its points and strokes in the order in which they were placed. Points and parts of
+/// strokes outside the volume and boundary points without a direction are omitted.
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume);
 /// Seeds and inside points of the other meshes that use fields; these are background marks for this mesh.
 std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, const Volume& volume);
@@ -35,6 +35,9 @@ bool is_update_due(const Scene& scene, const MeshItem& item, const Volume& volum
 /// a field. `fields`: settings of the fields.
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,
                       const EvidenceSettings& fields = {});
+/// Radius in mm of the balls of a new stroke: the smallest mark_radius_mm() of its vertices.
+double stroke_radius_mm(const MeshItem& item, const UserPoint& stroke, const Volume& volume,
+                        const EvidenceSettings& fields = {});
 /// Unit direction out of the object at a new boundary point: the normal of the nearest vertex if that is less than one
 /// voxel away; otherwise the direction from an inside point to the nearest vertex, or from the nearest vertex to an
 /// outside point. 0 for a mesh without vertices.

@@ -47,6 +47,12 @@ const MeshItem* Scene::find_mesh(const std::string& name) const {
   return find_in(meshes, [&name](const MeshItem& item) { return item.name == name; });
 }
 
+std::vector<Eigen::Vector3d> UserPoint::vertices_mm() const {
+  std::vector<Eigen::Vector3d> vertices{position_mm};
+  for (const Eigen::Vector3d& offset : path_mm) vertices.emplace_back(position_mm + offset);
+  return vertices;
+}
+
 const UserPoint* Scene::find_point(ItemId id) const {
   return find_in(points, [id](const UserPoint& point) { return point.id == id; });
 }

@@ -89,14 +89,21 @@ struct MeshItem {
   bool has_field() const { return field && !field->values.empty(); }
 };
 
-/// Point that a user placed: a mark for the field of its mesh. A boundary point also attracts the surface.
+/// Point or stroke that a user placed: a mark for the field of its mesh. A boundary point also attracts the surface.
 struct UserPoint {
   ItemId id = 0;
   ItemId mesh = 0;
   Eigen::Vector3d position_mm{0, 0, 0};
   MarkKind kind = MarkKind::Boundary;
-  double radius_mm = 0;              ///< radius of the marked ball, mm
+  double radius_mm = 0;              ///< radius of the marked ball, or of the balls along a stroke, mm
   Eigen::Vector3d outward{0, 0, 0};  ///< boundary point: unit direction out of the object; 0: unknown
+  /// Stroke: the vertices of its path after the first, which is `position_mm`, as offsets from it, mm. Only inside and
+  /// outside points have one.
+  std::vector<Eigen::Vector3d> path_mm{};
+
+  bool is_stroke() const { return !path_mm.empty(); }
+  /// All vertices of the path; one for a point.
+  std::vector<Eigen::Vector3d> vertices_mm() const;
 };
 
 /// Whether a mesh is on its finest level: it was rebuilt, has its final number of vertices, or (unless the user refined

@@ -73,6 +73,18 @@ void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume&
                 "place it in the image");
 }
 
+void check_path(MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm) {
+  constexpr std::size_t kMostVertices = 100'000;
+  if (path_mm.empty()) return;
+  if (kind == MarkKind::Boundary)
+    throw Error("boundary point", "it has a path, but only inside and outside points can be strokes",
+                "make it an inside or an outside stroke");
+  if (path_mm.size() > kMostVertices)
+    throw Error("stroke", "its path has " + std::to_string(path_mm.size()) + " vertices, the largest number is 100000",
+                "divide it into several strokes");
+  for (const Eigen::Vector3d& offset : path_mm) check_position(offset);
+}
+
 ItemId check_scene(Scene& scene, const Volume& volume) {
   check_values(scene);
   std::set<ItemId> ids;
@@ -89,6 +101,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
     if (point.id == 0) point.id = next++;
     check_position(point.position_mm);
     check_mark(point.kind, point.position_mm, volume);
+    check_path(point.kind, point.path_mm);
     if (!(point.radius_mm >= 0) || !std::isfinite(point.radius_mm) || !point.outward.allFinite())
       throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",
                   "correct them, or leave them out");

@@ -22,6 +22,9 @@ void check_position(const Eigen::Vector3d& position_mm);
 void check_radius(double radius_mm);
 /// Throws unless a point of this kind may have this position: inside and outside points must lie in the volume.
 void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume);
+/// Throws unless a point of this kind may have this path (UserPoint::path_mm): boundary points have none, others at
+/// most 100,000 vertices within 1e9 mm.
+void check_path(MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm);
 /// Checks values, seeds, meshes, points and ids of a scene before it is opened on the volume. Assigns ids to meshes and
 /// points that have none. Returns the next unused id.
 ItemId check_scene(Scene& scene, const Volume& volume);

@@ -97,8 +97,10 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
   refuse_locked(item);
   check_position(command.position_mm);
   check_mark(command.kind, command.position_mm, volume_);
+  check_path(command.kind, command.path_mm);
   UserPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
-  if (!(point.radius_mm > 0)) point.radius_mm = mark_radius_mm(item, point.kind, point.position_mm, volume_);
+  point.path_mm = command.path_mm;
+  if (!(point.radius_mm > 0)) point.radius_mm = stroke_radius_mm(item, point, volume_);
   if (point.kind == MarkKind::Boundary)
     point.outward = command.outward.norm() > 0 && command.outward.allFinite()
                         ? Eigen::Vector3d(command.outward.normalized())

@@ -50,8 +50,11 @@ class InteractionsTest : public WindowTest {
                                       {"redo", Act::Redo},
                                       {"duplicate mesh", Act::DuplicateMesh},
                                       {"delete mesh", Act::DeleteMesh}};
-    const std::map<QString, Act> tools{
-        {"seed", Act::ToolSeed}, {"point", Act::ToolPoint}, {"crosshair", Act::ToolCrosshair}};
+    const std::map<QString, Act> tools{{"seed", Act::ToolSeed},
+                                       {"point", Act::ToolPoint},
+                                       {"crosshair", Act::ToolCrosshair},
+                                       {"inside", Act::ToolInside},
+                                       {"outside", Act::ToolOutside}};
     if (event.contains("steps")) {
       bench().advance_steps(event["steps"].toInt());
     } else if (event.contains("tool")) {

@@ -73,32 +73,59 @@ TEST_F(PointsTest, KeysPlaceInsideAndOutsidePointsUnderTheMouse) {
   EXPECT_EQ(scene().points.size(), 2u);
 }
 
-TEST_F(PointsTest, EachToolPlacesItsKindAndDragsItAtOnce) {
-  const std::pair<Act, MarkKind> tools[] = {
-      {Act::ToolPoint, MarkKind::Boundary}, {Act::ToolInside, MarkKind::Inside}, {Act::ToolOutside, MarkKind::Outside}};
+TEST_F(PointsTest, ABoundaryPointIsDraggedAtOnce) {
+  window_->actions()[Act::ToolPoint]->trigger();
+  EXPECT_TRUE(window_->actions()[Act::ToolPoint]->isChecked());
+  drag(axial(), pixel(-4, 0), pixel(4, 0));
+  ASSERT_EQ(scene().points.size(), 1u);
+  EXPECT_EQ(scene().points[0].kind, MarkKind::Boundary);
+  EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 4, 1e-6);
+  bench().apply(Undo{});  // placing and dragging were one step
+  EXPECT_TRUE(scene().points.empty());
+}
+
+TEST_F(PointsTest, InsideAndOutsideToolsPlacePointsByAClickAndStrokesByADrag) {
+  const std::pair<Act, MarkKind> tools[] = {{Act::ToolInside, MarkKind::Inside}, {Act::ToolOutside, MarkKind::Outside}};
   for (const auto& [tool, kind] : tools) {
     window_->actions()[tool]->trigger();
     EXPECT_TRUE(window_->actions()[tool]->isChecked());
     const double y = 6.0 * static_cast<int>(kind);
+    drag(axial(), pixel(-4, y), pixel(-4, y));
+    ASSERT_EQ(scene().points.size(), 1u);
+    EXPECT_EQ(scene().points[0].kind, kind);
+    EXPECT_FALSE(scene().points[0].is_stroke());
+    bench().apply(Undo{});
     drag(axial(), pixel(-4, y), pixel(4, y));
     ASSERT_EQ(scene().points.size(), 1u);
-    EXPECT_EQ(scene().points[0].kind, kind);
-    EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 4, 1e-6);
-    // It can be dragged with any point tool, and deleted like every other point.
+    const UserPoint stroke = scene().points[0];
+    EXPECT_EQ(stroke.kind, kind);
+    ASSERT_TRUE(stroke.is_stroke());
+    EXPECT_NEAR(stroke.position_mm.x() - bench().view.crosshair_mm.x(), -4, 1e-6);
+    EXPECT_NEAR(stroke.path_mm.back().x(), 8, 1e-6);
+    EXPECT_EQ(bench().session().undo_title(), std::string("add stroke"));
+    // Any point tool moves it as a whole by its path, and it is deleted like every other point.
     window_->actions()[Act::ToolPoint]->trigger();
-    drag(axial(), pixel(4, y), pixel(0, y));
+    drag(axial(), pixel(2, y), pixel(2, y + 5));
     ASSERT_EQ(scene().points.size(), 1u);
-    EXPECT_EQ(scene().points[0].kind, kind);
-    EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 0, 1e-6);
-    bench().apply(Undo{});
-    EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 4, 1e-6);
-    move_mouse(pixel(4, y));
+    EXPECT_LT((scene().points[0].position_mm - stroke.position_mm - Eigen::Vector3d(0, 5, 0)).norm(), 1e-6);
+    EXPECT_EQ(scene().points[0].path_mm, stroke.path_mm);
+    move_mouse(pixel(0, y + 5));
     window_->actions()[Act::DeletePoint]->trigger();
     EXPECT_TRUE(scene().points.empty());
-    bench().apply(Undo{});
-    bench().apply(Undo{});  // placing and dragging were one step
+    for (int undone = 0; undone < 3; ++undone) bench().apply(Undo{});
     EXPECT_TRUE(scene().points.empty());
   }
+}
+
+TEST_F(PointsTest, AStrokeIsDrawnInItsSliceAlone) {
+  const int none = count_pixels(theme::kOutside);
+  window_->actions()[Act::ToolOutside]->trigger();
+  drag(axial(), pixel(-12, 20), pixel(12, 20));
+  move_mouse(pixel(0, -20));
+  const int handle_and_line = count_pixels(theme::kOutside);
+  EXPECT_GT(handle_and_line, none + 100);
+  bench().set_crosshair(bench().view.crosshair_mm + 14 * axial().axes().right.cross(axial().axes().up));
+  EXPECT_LE(count_pixels(theme::kOutside), none);
 }
 
 TEST_F(PointsTest, TheContextMenuOffersAllKinds) {

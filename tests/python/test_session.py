@@ -86,6 +86,13 @@ def test_points_attract_mark_and_move(session):
     mark.move((4, 0, 0))
     assert (mark.radius, mark.position) == (2, (4, 0, 0))
     assert session.points == ball.points == [pull, mark]
+    stroke = ball.add_point((14, -4, 0), "outside", path=[(15, 0, 0), (14, 4, 0)])
+    assert stroke.path == [(14, -4, 0), (15, 0, 0), (14, 4, 0)] and mark.path == [(4, 0, 0)]
+    stroke.move((14, -4, 1))
+    assert stroke.path[-1] == (14, 4, 1)
+    stroke.delete()
+    with pytest.raises(Error, match="path"):
+        ball.add_point((14, -4, 0), "boundary", path=[(15, 0, 0)])
     mark.delete()
     pull.delete()
     assert session.points == []

@@ -21,6 +21,7 @@
 #include "field/parallel/network.h"
 #include "field/parallel/prior_kernels.h"
 #include "field/parallel/walker.h"
+#include "field/stroke.h"
 #include "field/update_progress.h"
 
 namespace simplexseg {
@@ -226,7 +227,8 @@ class ParallelPrior {
     view.balls = balls_.set(executor_, balls);
     view.scale_mm = static_cast<float>(prompts.scale_mm), view.radius_mm = static_cast<float>(prompts.radius_mm);
     view.least_spacing_mm = least_spacing_mm();
-    view.marks = static_cast<int>(balls.size());
+    view.ball_count = static_cast<int>(balls.size());
+    view.marks = prompt_ball_count(prompts.marks);
     view.use_geodesic = settings_.use_geodesic, view.use_random_walk = settings_.use_random_walk;
     return view;
   }
@@ -242,7 +244,7 @@ class ParallelPrior {
     };
     NearestMarks nearest{};
     nearest.grid = grid(), nearest.constraints = constraints_.data();
-    nearest.balls = view.balls, nearest.ball_count = view.marks;
+    nearest.balls = view.balls, nearest.ball_count = view.ball_count;
     nearest.from_inside = from_inside_, nearest.from_outside = from_outside_, nearest.nearest = nearest_.data();
     nearest.new_square = new_square_, nearest.nearest_new = nearest_new_.data();
     nearest.to_inside = inside_, nearest.edges_in = edges_in_, nearest.edges_to_new = edges_to_new_;
@@ -341,14 +343,14 @@ class ParallelPrior {
     executor_.copy(static_cast<const float*>(walker_->field()), random_walk_.data(), random_walk_.size());
   }
 
-  UpdateView update_view(double scale_mm, int ball_count) const {
+  UpdateView update_view(double scale_mm, int marks) const {
     UpdateView view{};
     view.image = image_.data(), view.previous = previous_, view.prior_of_marks = prior_;
     view.balls = device_new_balls_, view.nearest = nearest_new_.data();
     view.square = new_square_, view.edges = edges_to_new_, view.inward = inward_;
     view.per_scale = static_cast<float>(1 / scale_mm), view.least_spacing_mm = least_spacing_mm();
     view.per_noise = 1 / cost_of_edges(noise_of(inner_difference_)).edge;
-    view.marks = static_cast<float>(ball_count);
+    view.marks = static_cast<float>(marks);
     view.far_memory = static_cast<float>(settings_.far_memory);
     view.far_depths = static_cast<float>(settings_.far_depths);
     return view;

@@ -28,6 +28,10 @@ const PointStyle& style_of(MarkKind kind) {
 }  // namespace
 
 QString title_of(MarkKind kind) { return QCoreApplication::translate("Points", style_of(kind).title); }
+QString title_of(const UserPoint& point) {
+  const QString kind = title_of(point.kind);
+  return point.is_stroke() ? QCoreApplication::translate("Points", "%1 stroke").arg(kind) : kind;
+}
 Glyph glyph_of(MarkKind kind) { return style_of(kind).glyph; }
 QColor colour_of(MarkKind kind, const Colour& mesh) {
   return style_of(kind).colour.value_or(QColor(mesh.red, mesh.green, mesh.blue));

@@ -82,7 +82,7 @@ void PointPanel::refresh() {
       row->setIcon(0, swatch(item->colour));
       row->setIcon(1, handle_icon(point.kind, item->colour));
     }
-    row->setText(1, title_of(point.kind));
+    row->setText(1, title_of(point));
     for (int axis = 0; axis < 3; ++axis) {
       row->setText(2 + axis, QString::number(point.position_mm[axis], 'f', decimals));
       row->setTextAlignment(2 + axis, Qt::AlignRight | Qt::AlignVCenter);

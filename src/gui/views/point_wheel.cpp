@@ -81,7 +81,8 @@ QString point_text(const Workbench& workbench, ItemId point) {
   const MeshItem* mesh = item ? workbench.scene().find_mesh(item->mesh) : nullptr;
   if (!mesh) return {};
   if (item->kind != MarkKind::Boundary)
-    return wheel_text("%1 mark, radius %2").arg(title_of(item->kind), text(length_text(item->radius_mm)));
+    return wheel_text(item->is_stroke() ? "%1, radius %2" : "%1 mark, radius %2")
+        .arg(title_of(*item), text(length_text(item->radius_mm)));
   return wheel_text("Boundary point, strength %1, reach %2 of vertices; for all boundary points of '%3'")
       .arg(value_of(*mesh, AttractionForce::weight), 0, 'g', 3)
       .arg(counted_text(std::lround(value_of(*mesh, AttractionForce::order)), "ring"))

@@ -12,14 +12,13 @@
 #include <utility>
 
 #include "gui/input/bindings.h"
-#include "gui/views/picking.h"
+#include "gui/views/slice_hits.h"
 #include "gui/views/slice_view.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr double kHitRadius = 8;   // largest distance of a hit on a handle or contour, logical pixels
 constexpr double kGrabRadius = 4;  // largest distance at which a contour can be pulled, logical pixels
 constexpr double kDragStarts = 3;  // shortest drag, logical pixels; a shorter movement is a click
 
@@ -36,63 +35,14 @@ std::optional<MarkKind> kind_of(Tool tool) {
   }
 }
 
-double length(const QPointF& offset) { return std::hypot(offset.x(), offset.y()); }
-
-double distance_to_segment(const QPointF& p, const QPointF& a, const QPointF& b) {
-  const QPointF along = b - a, to = p - a;
-  const double squared = QPointF::dotProduct(along, along);
-  const double t = squared > 0 ? std::clamp(QPointF::dotProduct(to, along) / squared, 0.0, 1.0) : 0;
-  return length(p - (a + t * along));
-}
-
 }  // namespace
 
 SliceTools::SliceTools(Workbench& workbench, SliceView& view)
-    : workbench_(workbench), view_(view), point_wheel_(workbench) {}
-
-ItemId SliceTools::point_at(const QPointF& pixel) const {
-  ItemId nearest = 0;
-  double best = kHitRadius;
-  for (const UserPoint& point : workbench_.scene().points) {
-    if (handle_opacity(view_.distance_to_slice_mm(point.position_mm)) <= 0) continue;
-    const double distance = length(view_.pixel_of(point.position_mm) - pixel);
-    if (distance <= best) {
-      best = distance;
-      nearest = point.id;
-    }
-  }
-  return nearest;
-}
-
-ItemId SliceTools::mesh_at(const QPointF& pixel) const {
-  ItemId nearest = 0, containing = 0;
-  double best = kHitRadius;
-  // Reads poses back from the engine, which is too slow for each mouse move.
-  for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
-    const std::vector<Eigen::Vector3f> ends_mm =
-        cut_surface(surface.shape, view_.axes().normal, static_cast<float>(view_.slice_mm()));
-    bool inside = false;
-    for (std::size_t n = 0; n + 1 < ends_mm.size(); n += 2) {
-      const QPointF a = view_.pixel_of(ends_mm[n].cast<double>()), b = view_.pixel_of(ends_mm[n + 1].cast<double>());
-      const double distance = distance_to_segment(pixel, a, b);
-      if (distance <= best) {
-        best = distance;
-        nearest = surface.mesh;
-      }
-      // A ray to the right crosses a closed contour an odd number of times if the position is inside.
-      if ((a.y() > pixel.y()) != (b.y() > pixel.y()) &&
-          pixel.x() < a.x() + (pixel.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
-        inside = !inside;
-      }
-    }
-    if (inside) containing = surface.mesh;
-  }
-  return nearest ? nearest : containing;
-}
+    : workbench_(workbench), view_(view), point_wheel_(workbench), stroke_tool_(workbench) {}
 
 bool SliceTools::grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const {
   const ViewState& view = workbench_.view;
-  if (view.tool != Tool::Crosshair || view.window_level_armed || point_at(pixel)) return false;
+  if (view.tool != Tool::Crosshair || view.window_level_armed || point_in_slice(workbench_, view_, pixel)) return false;
   if (gesture(Where::Slices, Mouse::Left, modifiers) != Act::MoveCrosshair) return false;
   const auto pixel_of = [this](const Vec3& at) { return view_.pixel_of({at.x, at.y, at.z}); };
   const std::span<const OutlineSegment> outline = view_.active_outline();
@@ -109,7 +59,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
   }
   const std::optional<Act> act = gesture(Where::Slices, Mouse::Left, modifiers);
   if (!act) return;
-  const ItemId under = point_at(pixel);
+  const ItemId under = point_in_slice(workbench_, view_, pixel);
   if (grabs_at(pixel, modifiers)) {
     drag_ = Drag::Grab;
     return;
@@ -122,7 +72,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
       if (under) workbench_.apply(DeletePoint{under});
       return;
     case Act::PickMesh:
-      workbench_.set_active_mesh(mesh_at(pixel));
+      workbench_.set_active_mesh(mesh_in_slice(workbench_, view_, pixel));
       return;
     default:
       break;
@@ -140,21 +90,32 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     view.selected_point = under;
     workbench_.view_edited();
   } else if (const std::optional<MarkKind> kind = kind_of(view.tool)) {
-    begin_point(pixel, *kind);
+    if (*kind == MarkKind::Boundary)
+      begin_point(pixel, *kind);
+    else
+      begin_stroke(pixel, *kind);
   } else {
     drag_ = Drag::Crosshair;
     workbench_.set_crosshair(view_.world_of(pixel));
   }
 }
 
+bool SliceTools::require_active_mesh() {
+  if (workbench_.active_mesh()) return true;
+  workbench_.notify(Severity::Warning, SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
+  return false;
+}
+
 ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, MarkKind kind) {
   ItemId point = 0;
-  if (!workbench_.active_mesh()) {
-    workbench_.notify(Severity::Warning, SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
-  } else {
-    workbench_.apply(AddPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
-  }
+  if (require_active_mesh()) workbench_.apply(AddPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
   return point;
+}
+
+void SliceTools::begin_stroke(const QPointF& pixel, MarkKind kind) {
+  if (!require_active_mesh()) return;
+  drag_ = Drag::Stroke;
+  stroke_tool_.begin(kind, view_.world_of(pixel));
 }
 
 void SliceTools::begin_point(const QPointF& pixel, MarkKind kind) {
@@ -223,7 +184,7 @@ void SliceTools::hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
 
 void SliceTools::update_hovered_point() {
   if (!mouse_ || drag_ != Drag::None) return;
-  const ItemId under = point_at(*mouse_);
+  const ItemId under = point_in_slice(workbench_, view_, *mouse_);
   if (under == workbench_.view.hovered_point) return;
   workbench_.view.hovered_point = under;
   workbench_.view_edited();
@@ -249,7 +210,7 @@ void SliceTools::move(const QMouseEvent& event) {
   const QPointF here = event.position(), moved = here - last_;
   last_ = here;
   mouse_ = here;
-  moved_ |= length(here - press_) >= kDragStarts;
+  moved_ |= pixel_length(here - press_) >= kDragStarts;
   switch (drag_) {
     case Drag::None:
       hover(here, event.modifiers());
@@ -273,6 +234,10 @@ void SliceTools::move(const QMouseEvent& event) {
       // A click on a handle selects the point, and must not move it by accident.
       if (moved_ || drag_continues_) drag_point(here);
       break;
+    case Drag::Stroke:
+      if (moved_) stroke_tool_.extend(view_.world_of(here));
+      view_.update();
+      break;
     case Drag::Zoom:
       if (moved_) view_.zoom_about(press_, std::exp(moved.y() * 0.01));
       break;
@@ -293,6 +258,7 @@ void SliceTools::release(const QMouseEvent& event) {
   const Drag ended = drag_;
   drag_ = Drag::None;
   if (ended == Drag::Seed) finish_seed();
+  if (ended == Drag::Stroke) stroke_tool_.finish();
   if (ended == Drag::Grab) workbench_.set_crosshair(view_.world_of(press_));
   if (ended == Drag::WindowLevel) {
     workbench_.view.window_level_armed = false;
@@ -321,7 +287,7 @@ bool SliceTools::double_click(const QMouseEvent& event) {
 
 void SliceTools::wheel(const QWheelEvent& event) {
   if (!workbench_.has_volume()) return;
-  const ItemId point = point_at(event.position());
+  const ItemId point = point_in_slice(workbench_, view_, event.position());
   if (drag_ == Drag::None && point_wheel_.handles(point) &&
       gesture(Where::Slices, Mouse::WheelOnPoint, event.modifiers())) {
     point_wheel_.turn(point, event, true);
@@ -402,7 +368,7 @@ void SliceTools::leave() {
 
 void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
   const Eigen::Vector3d world = view_.world_of(pixel);
-  const ItemId point = point_at(pixel), mesh = mesh_at(pixel);
+  const ItemId point = point_in_slice(workbench_, view_, pixel), mesh = mesh_in_slice(workbench_, view_, pixel);
   QMenu menu(&view_);
   menu.setToolTipsVisible(true);
   if (point) {

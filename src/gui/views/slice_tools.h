@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "gui/views/point_wheel.h"
+#include "gui/views/stroke_tool.h"
 #include "session/scene.h"
 
 class QKeyEvent;
@@ -38,18 +39,19 @@ class SliceTools {
   bool grabs() const { return grabs_; }
   /// Seed sphere while the user drags it; otherwise none.
   const std::optional<Seed>& seed() const { return seed_; }
+  /// Stroke while the user draws it; otherwise none.
+  const std::optional<UserPoint>& stroke() const { return stroke_tool_.stroke(); }
 
  private:
-  enum class Drag { None, Crosshair, Grab, Point, Zoom, Pan, WindowLevel, Seed };
+  enum class Drag { None, Crosshair, Grab, Point, Stroke, Zoom, Pan, WindowLevel, Seed };
 
-  /// Nearest point whose handle is within 8 logical pixels; 0 if there is none.
-  ItemId point_at(const QPointF& pixel) const;
-  /// Mesh with the nearest contour within 8 logical pixels, else a mesh that contains the position; 0 if there is none.
-  ItemId mesh_at(const QPointF& pixel) const;
   /// Returns true if a drag would pull the active contour: crosshair tool, contour within 4 logical pixels, no point.
   bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
   void begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
   void begin_point(const QPointF& pixel, MarkKind kind);
+  void begin_stroke(const QPointF& pixel, MarkKind kind);
+  /// Returns true if a mesh is active; otherwise shows a message that a point needs one.
+  bool require_active_mesh();
   /// Adds a point to the active mesh, and returns its id; 0 after a failure, which becomes a message.
   ItemId add_point(const Eigen::Vector3d& world_mm, MarkKind kind);
   void drag_point(const QPointF& pixel);
@@ -75,6 +77,7 @@ class SliceTools {
   std::optional<Eigen::Vector3d> before_click_mm_;
   bool grabs_ = false;
   PointWheel point_wheel_;
+  StrokeTool stroke_tool_;
   double wheel_degrees_ = 0;  ///< rotation since the last whole notch, degrees
   std::optional<Seed> seed_;
 };

@@ -237,8 +237,36 @@ void SliceView::draw_marks(const Projection& projection) {
   }
 }
 
+std::vector<Eigen::Vector3f> SliceView::lines_in_slice(const UserPoint& point) const {
+  std::vector<Eigen::Vector3f> ends;
+  if (!point.is_stroke()) return ends;
+  const std::vector<Eigen::Vector3d> vertices = point.vertices_mm();
+  const double near_mm =
+      std::max(point.radius_mm, 0.5 * workbench_.session().volume().geometry().spacing_mm.maxCoeff());
+  for (std::size_t p = 1; p < vertices.size(); ++p) {
+    if (std::min(distance_to_slice_mm(vertices[p - 1]), distance_to_slice_mm(vertices[p])) > near_mm) continue;
+    ends.push_back(vertices[p - 1].cast<float>());
+    ends.push_back(vertices[p].cast<float>());
+  }
+  return ends;
+}
+
+void SliceView::draw_stroke(const Projection& projection, const UserPoint& stroke) {
+  const MeshItem* item = workbench_.scene().find_mesh(stroke.mesh);
+  if (!item) return;
+  const std::vector<Eigen::Vector3f> ends = lines_in_slice(stroke);
+  if (ends.empty()) return;
+  const bool marked =
+      stroke.id != 0 && (stroke.id == workbench_.view.selected_point || stroke.id == workbench_.view.hovered_point);
+  const auto ratio = static_cast<float>(devicePixelRatio());
+  line_painter_.draw(projection, ends, marked ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 0.8f), 5.0f * ratio);
+  line_painter_.draw(projection, ends, rgba_of(colour_of(stroke.kind, item->colour)), 3.0f * ratio);
+}
+
 void SliceView::draw_points(const Projection& projection) {
   draw_marks(projection);
+  for (const UserPoint& point : workbench_.scene().points) draw_stroke(projection, point);
+  if (const std::optional<UserPoint>& stroke = tools_.stroke()) draw_stroke(projection, *stroke);
   std::vector<DiscPainter::Disc> discs;
   const float ratio = static_cast<float>(devicePixelRatio());
   for (const UserPoint& point : workbench_.scene().points) {

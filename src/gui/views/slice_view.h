@@ -44,6 +44,8 @@ class SliceView : public View {
   Eigen::Vector3d world_of(const QPointF& pixel) const;
   QPointF pixel_of(const Eigen::Vector3d& world_mm) const;
   double mm_per_pixel() const { return mm_per_pixel_; }
+  /// Segments of a stroke near the slice, mm: start, end, start, end ...; none for a point.
+  std::vector<Eigen::Vector3f> lines_in_slice(const UserPoint& point) const;
   /// Segments of the active contour in the last image; none while meshes are hidden. Read back at most once per image.
   std::span<const OutlineSegment> active_outline();
   /// Sets the shape of the mouse pointer to the action that a press would start.
@@ -78,6 +80,7 @@ class SliceView : public View {
   void draw_springs(const Projection& projection);
   void draw_scale_bar(const Projection& projection);
   void draw_marks(const Projection& projection);
+  void draw_stroke(const Projection& projection, const UserPoint& stroke);
   /// `width`: line width, logical pixels.
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
                    float width);

@@ -143,12 +143,24 @@ void SpaceView::draw_points(const Projection& projection) {
     const bool selected = point.id == workbench_.view.selected_point,
                hovered = point.id == workbench_.view.hovered_point;
     const Rgba rim = selected ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);
+    draw_stroke(projection, point, rgba_of(colour_of(point.kind, item->colour)));
     discs.push_back({point.position_mm.cast<float>(), rgba_of(colour_of(point.kind, item->colour)), rim,
                      (hovered ? 7.5f : 6.0f) * static_cast<float>(devicePixelRatio()), glyph_of(point.kind)});
     if (point.kind != MarkKind::Boundary && (selected || hovered))
       draw_circle(projection, point.position_mm, point.radius_mm, rgba_of(item->colour, 0.9f));
   }
   disc_painter_.draw(projection, discs);
+}
+
+void SpaceView::draw_stroke(const Projection& projection, const UserPoint& point, const Rgba& colour) {
+  if (!point.is_stroke()) return;
+  const std::vector<Eigen::Vector3d> vertices = point.vertices_mm();
+  std::vector<Eigen::Vector3f> ends;
+  for (std::size_t p = 1; p < vertices.size(); ++p) {
+    ends.push_back(vertices[p - 1].cast<float>());
+    ends.push_back(vertices[p].cast<float>());
+  }
+  line_painter_.draw(projection, ends, colour, 3.0f * static_cast<float>(devicePixelRatio()));
 }
 
 void SpaceView::draw_springs(const Projection& projection) {

@@ -52,6 +52,7 @@ class SpaceView : public View {
   void draw_frames(const Projection& projection);
   void draw_meshes(const Projection& projection);
   void draw_points(const Projection& projection);
+  void draw_stroke(const Projection& projection, const UserPoint& point, const Rgba& colour);
   void draw_springs(const Projection& projection);
   void draw_scale(const Projection& projection);
   /// Draws a circle parallel to the screen.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "forces/parameters.h"
@@ -33,6 +34,14 @@ void add_parameter(Json& object, const ParameterInfo& info, float value) {
 template <class Json>
 Json vector_json(const Eigen::Vector3d& v) {
   return Json::array({v.x(), v.y(), v.z()});
+}
+
+/// JSON array of points or offsets.
+template <class Json>
+Json path_json(const std::vector<Eigen::Vector3d>& path) {
+  Json array = Json::array();
+  for (const Eigen::Vector3d& vertex : path) array.push_back(vector_json<Json>(vertex));
+  return array;
 }
 
 /// Text of a JSON file. `path`: file in messages; `indent`: blanks per level, -1 for a single line. Throws Error for a

@@ -131,14 +131,16 @@ Json keys_json(const AddPoint& c) {
   if (c.kind != MarkKind::Boundary) json["kind"] = name_of(c.kind);
   if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
   if (c.outward.norm() > 0) json["outward"] = vector_json<Json>(c.outward);
+  if (!c.path_mm.empty()) json["path_mm"] = path_json<Json>(c.path_mm);
   return json;
 }
 void read_keys(const JsonInput& in, AddPoint& c) {
-  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward"});
+  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm"});
   c = {read_id(in["mesh"]), in["position_mm"].vector3()};
   if (in.has("kind")) c.kind = read_point_kind(in["kind"]);
   if (in.has("radius_mm")) c.radius_mm = read_radius(in["radius_mm"]);
   if (in.has("outward")) c.outward = in["outward"].vector3();
+  if (in.has("path_mm")) c.path_mm = read_path(in["path_mm"]);
 }
 
 Json keys_json(const MovePoint& c) {

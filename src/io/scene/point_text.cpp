@@ -33,4 +33,10 @@ double read_radius(const JsonInput& input) {
   return radius;
 }
 
+std::vector<Eigen::Vector3d> read_path(const JsonInput& input) {
+  std::vector<Eigen::Vector3d> path;
+  for (int p = 0; p < input.size(); ++p) path.push_back(input[p].vector3());
+  return path;
+}
+
 }  // namespace simplexseg

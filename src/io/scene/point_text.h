@@ -3,6 +3,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "session/scene.h"
 
@@ -17,5 +18,7 @@ std::optional<MarkKind> find_point_kind(const std::string& name);
 MarkKind read_point_kind(const JsonInput& input);
 /// Reads a radius in mm. Throws Error unless it is above 0 and at most kMaxMillimetres.
 double read_radius(const JsonInput& input);
+/// Reads the vertices of a path (UserPoint::path_mm): a list of lists of three numbers.
+std::vector<Eigen::Vector3d> read_path(const JsonInput& input);
 
 }  // namespace simplexseg

@@ -51,10 +51,14 @@ void read_histogram(const json& value, std::array<std::int32_t, kRegionBins>& bi
   std::copy(counts.begin(), counts.end(), bins.begin());
 }
 
+constexpr int kMarkKinds = 3;
+/// First number of a mark: its kind, increased by kMarkKinds if it continues a stroke.
+int code_of(const Mark& mark) { return static_cast<int>(mark.kind) + (mark.continues ? kMarkKinds : 0); }
+
 json binary_json(const std::vector<Mark>& marks) {
   std::vector<double> numbers;
   for (const Mark& m : marks) {
-    numbers.push_back(static_cast<double>(m.kind));
+    numbers.push_back(code_of(m));
     numbers.insert(numbers.end(), m.position_mm.begin(), m.position_mm.end());
     numbers.push_back(m.radius_mm);
     numbers.insert(numbers.end(), m.outward.begin(), m.outward.end());
@@ -68,8 +72,10 @@ std::vector<Mark> marks_of(const json& saved) {
   std::vector<Mark> marks;
   for (std::size_t m = 0; m < numbers.size(); m += kNumbers) {
     const double* const n = numbers.data() + m;
-    expect(n[0] >= 0 && n[0] <= 2, "a mark of the field has an invalid kind");
-    marks.push_back({static_cast<MarkKind>(n[0]), {n[1], n[2], n[3]}, n[4], {n[5], n[6], n[7]}});
+    expect(n[0] >= 0 && n[0] < 2 * kMarkKinds, "a mark of the field has an invalid kind");
+    const int code = static_cast<int>(n[0]);
+    marks.push_back(
+        {static_cast<MarkKind>(code % kMarkKinds), {n[1], n[2], n[3]}, n[4], {n[5], n[6], n[7]}, code >= kMarkKinds});
   }
   return marks;
 }

@@ -103,7 +103,7 @@ SavedView read_view(const JsonInput& input) {
 }
 
 UserPoint read_point(const JsonInput& input, const Scene& scene) {
-  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward"});
+  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm"});
   const std::string name = input["mesh"].text();
   const MeshItem* const item = scene.find_mesh(name);
   if (!item) {
@@ -115,6 +115,7 @@ UserPoint read_point(const JsonInput& input, const Scene& scene) {
   if (input.has("kind")) point.kind = read_point_kind(input["kind"]);
   if (input.has("radius_mm")) point.radius_mm = read_radius(input["radius_mm"]);
   if (input.has("outward")) point.outward = input["outward"].vector3();
+  if (input.has("path_mm")) point.path_mm = read_path(input["path_mm"]);
   return point;
 }
 
@@ -167,6 +168,7 @@ Json point_json(const UserPoint& point, const Scene& scene) {
   if (point.kind != MarkKind::Boundary) json["kind"] = name_of(point.kind);
   if (point.radius_mm > 0) json["radius_mm"] = point.radius_mm;
   if (point.outward.norm() > 0) json["outward"] = vector_json<Json>(point.outward);
+  if (point.is_stroke()) json["path_mm"] = path_json<Json>(point.path_mm);
   return json;
 }
 

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strokes of the robot user.
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "field/robot_user.h"
+
+namespace simplexseg {
+
+/// Path in mm of the stroke of a user in the slice through the deepest voxel of an error that shows most of the error:
+/// along the middle of the error, from one end to the other, with the noise of a hand. `stroke`: number of the stroke;
+/// equal numbers have equal noise. Rule: docs/clicks.md. Throws Error if the grids differ.
+std::vector<Eigen::Vector3d> stroke_in_error(const Mask& truth, const Mask& now, const WorstError& error, int stroke);
+
+}  // namespace simplexseg

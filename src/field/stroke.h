@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strokes: prompts that a user draws as curves.
+#pragma once
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "field/marks.h"
+
+namespace simplexseg {
+
+/// Marks of a stroke: balls along its path, with a distance of at most one radius. All but the first have
+/// Mark::continues. `path_mm`: polyline with at least one point; `radius_mm` > 0.
+std::vector<Mark> marks_of_stroke(MarkKind kind, std::span<const Eigen::Vector3d> path_mm, double radius_mm);
+
+/// Number of prompts: marks, where a stroke counts once.
+int prompt_count(std::span<const Mark> marks);
+/// Number of the balls of all prompts: two for a boundary mark, and one for a stroke.
+int prompt_ball_count(std::span<const Mark> marks);
+
+}  // namespace simplexseg

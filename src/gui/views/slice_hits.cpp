@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/views/slice_hits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "gui/views/picking.h"
+#include "gui/views/slice_view.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kHitRadius = 8;  // largest distance of a hit on a handle, stroke or contour, logical pixels
+
+/// Distance from a position to a point's handle or stroke, logical pixels; infinite if they are not visible.
+double distance_to(const SliceView& view, const UserPoint& point, const QPointF& pixel) {
+  double nearest = handle_opacity(view.distance_to_slice_mm(point.position_mm)) > 0
+                       ? pixel_length(view.pixel_of(point.position_mm) - pixel)
+                       : std::numeric_limits<double>::infinity();
+  const std::vector<Eigen::Vector3f> lines = view.lines_in_slice(point);
+  for (std::size_t n = 0; n + 1 < lines.size(); n += 2)
+    nearest = std::min(nearest, distance_to_segment(pixel, view.pixel_of(lines[n].cast<double>()),
+                                                    view.pixel_of(lines[n + 1].cast<double>())));
+  return nearest;
+}
+
+}  // namespace
+
+double pixel_length(const QPointF& offset) { return std::hypot(offset.x(), offset.y()); }
+
+double distance_to_segment(const QPointF& p, const QPointF& a, const QPointF& b) {
+  const QPointF along = b - a, to = p - a;
+  const double squared = QPointF::dotProduct(along, along);
+  const double t = squared > 0 ? std::clamp(QPointF::dotProduct(to, along) / squared, 0.0, 1.0) : 0;
+  return pixel_length(p - (a + t * along));
+}
+
+ItemId point_in_slice(const Workbench& workbench, const SliceView& view, const QPointF& pixel) {
+  ItemId nearest = 0;
+  double best = kHitRadius;
+  for (const UserPoint& point : workbench.scene().points) {
+    const double distance = distance_to(view, point, pixel);
+    if (distance <= best) {
+      best = distance;
+      nearest = point.id;
+    }
+  }
+  return nearest;
+}
+
+ItemId mesh_in_slice(Workbench& workbench, const SliceView& view, const QPointF& pixel) {
+  ItemId nearest = 0, containing = 0;
+  double best = kHitRadius;
+  // Reads poses back from the engine, which is too slow for each mouse move.
+  for (const Surface& surface : visible_surfaces(workbench.session().scene())) {
+    const std::vector<Eigen::Vector3f> ends_mm =
+        cut_surface(surface.shape, view.axes().normal, static_cast<float>(view.slice_mm()));
+    bool inside = false;
+    for (std::size_t n = 0; n + 1 < ends_mm.size(); n += 2) {
+      const QPointF a = view.pixel_of(ends_mm[n].cast<double>()), b = view.pixel_of(ends_mm[n + 1].cast<double>());
+      const double distance = distance_to_segment(pixel, a, b);
+      if (distance <= best) {
+        best = distance;
+        nearest = surface.mesh;
+      }
+      // A ray to the right crosses a closed contour an odd number of times if the position is inside.
+      if ((a.y() > pixel.y()) != (b.y() > pixel.y()) &&
+          pixel.x() < a.x() + (pixel.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
+        inside = !inside;
+      }
+    }
+    if (inside) containing = surface.mesh;
+  }
+  return nearest ? nearest : containing;
+}
+
+}  // namespace simplexseg

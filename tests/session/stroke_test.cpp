@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strokes in a session: marks, undo and replay.
+#include "core/error.h"
+#include "forces/force_list.h"
+#include "session/mesh_marks.h"
+#include "session_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+std::unique_ptr<Session> open_with_field() {
+  Scene scene = ball_scene();
+  set(scene.forces, {"evidence", "source", 0});
+  scene.meshes[0].parameters = scene.forces;
+  auto session = std::make_unique<Session>(make_cpu_engine(2), nullptr, 2);
+  session->open(std::move(scene), ball_image());
+  return session;
+}
+AddPoint outside_stroke(ItemId mesh) {
+  return {mesh, {15, -6, 0}, MarkKind::Outside, 0, {0, 0, 0}, {{1, 6, 0}, {0, 12, 0}}};
+}
+
+TEST(Strokes, AreMarksAlongTheirPathAndMoveAsAWhole) {
+  const auto session = open_with_field();
+  session->advance_steps(300, true);
+  const ItemId mesh = first_mesh(*session).id, stroke = session->apply(outside_stroke(mesh));
+  const UserPoint& point = *session->scene().find_point(stroke);
+  EXPECT_TRUE(point.is_stroke());
+  EXPECT_GT(point.radius_mm, 0);
+  std::vector<Mark> marks = marks_of(session->scene(), first_mesh(*session), ball_image());
+  ASSERT_GT(marks.size(), 5u);
+  EXPECT_EQ(marks[1].position_mm, Eigen::Vector3d(15, -6, 0));
+  EXPECT_LT((marks.back().position_mm - Eigen::Vector3d(15, 6, 0)).norm(), 1e-9);
+  session->apply(MovePoint{stroke, {15, -6, 2}});
+  marks = marks_of(session->scene(), first_mesh(*session), ball_image());
+  EXPECT_LT((marks.back().position_mm - Eigen::Vector3d(15, 6, 2)).norm(), 1e-9);
+  session->apply(DeletePoint{stroke});
+  EXPECT_EQ(marks_of(session->scene(), first_mesh(*session), ball_image()).size(), 1u);
+}
+
+TEST(Strokes, ChangeTheFieldInOneUpdateAndUndoRestoresIt) {
+  const auto session = open_with_field();
+  session->advance_steps(300, true);
+  const auto before = first_mesh(*session).field;
+  session->apply(outside_stroke(first_mesh(*session).id));
+  session->advance_steps(1);
+  int updates = 0;
+  for (const LogEntry& entry : session->log()) updates += std::holds_alternative<CommitFieldUpdate>(entry.command);
+  EXPECT_EQ(updates, 2) << "the seed, and the stroke";
+  EXPECT_NE(first_mesh(*session).field, before);
+  session->apply(Undo{});
+  EXPECT_EQ(first_mesh(*session).field, before);
+  EXPECT_TRUE(session->scene().points.empty());
+}
+
+TEST(Strokes, OfASceneActAsIfTheyWereDrawn) {
+  const auto drawn = open_with_field(), opened = open_with_field();
+  drawn->advance_steps(1);
+  for (const double z : {0.0, 5.0}) {
+    AddPoint stroke = outside_stroke(first_mesh(*drawn).id);
+    stroke.position_mm.z() = z;
+    drawn->apply(stroke);
+    drawn->advance_steps(1);
+  }
+  for (const UserPoint& p : drawn->scene().points)
+    opened->apply(AddPoint{first_mesh(*opened).id, p.position_mm, p.kind, p.radius_mm, p.outward, p.path_mm});
+  opened->advance_steps(1);
+  EXPECT_EQ(first_mesh(*opened).field->values, first_mesh(*drawn).field->values);
+}
+
+TEST(Strokes, ReplayToTheSameBits) {
+  const auto live = open_with_field();
+  live->advance_steps(200);
+  const ItemId stroke = live->apply(outside_stroke(first_mesh(*live).id));
+  live->advance_steps(50);
+  live->apply(MovePoint{stroke, {15, -6, 1}});
+  live->advance_steps(50);
+  const auto replayed = open_with_field();
+  replayed->replay(live->log(), live->steps_since_last_command());
+  EXPECT_EQ(first_mesh(*replayed).mesh.positions, first_mesh(*live).mesh.positions);
+}
+
+TEST(Strokes, InvalidPathsAreRefused) {
+  const auto session = open_with_field();
+  const ItemId mesh = first_mesh(*session).id;
+  AddPoint stroke = outside_stroke(mesh);
+  stroke.kind = MarkKind::Boundary;
+  EXPECT_THROW(session->apply(stroke), Error);
+  stroke = outside_stroke(mesh);
+  stroke.path_mm.emplace_back(NAN, 0, 0);
+  EXPECT_THROW(session->apply(stroke), Error);
+  stroke.path_mm.assign(100'001, {1, 0, 0});
+  EXPECT_THROW(session->apply(stroke), Error);
+  EXPECT_TRUE(session->scene().points.empty());
+  // Parts of a path outside the image are not marks.
+  stroke.path_mm = {{500, 0, 0}};
+  session->apply(stroke);
+  for (const Mark& mark : marks_of(session->scene(), first_mesh(*session), ball_image()))
+    EXPECT_TRUE(ball_image().geometry().contains(mark.position_mm));
+}
+
+}  // namespace
+}  // namespace simplexseg
