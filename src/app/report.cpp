@@ -9,10 +9,10 @@
 #include "app/metric_list.h"
 #include "app/table.h"
 #include "core/number_text.h"
-#include "image/rasterise.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
 #include "io/scene/json_output.h"
+#include "session/paint.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -85,9 +85,10 @@ void describe_engine(RunReport& report, const Engine& engine, int threads) {
   report.threads = report.backend != "cpu" ? 0 : threads > 0 ? threads : all;
 }
 
-MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference, const MeshTrace* trace) {
+MeshReport report_of(const MeshItem& item, const std::vector<PaintStroke>& paint, const std::optional<Mask>& reference,
+                     const MeshTrace* trace) {
   MeshReport report{item.name, item.mesh.vertex_count(), measure(item.mesh), {}, {}, item.field};
-  if (reference) report.agreement = compare_masks(*reference, rasterise(item.mesh, reference->geometry));
+  if (reference) report.agreement = compare_masks(*reference, object_mask(item.mesh, paint, reference->geometry));
   if (trace) report.trace = trace->samples;
   return report;
 }

@@ -47,7 +47,8 @@ struct RunReport {
 /// Sets backend, device and threads of the report. `threads`: requested number of CPU threads, 0 for all cores.
 void describe_engine(RunReport& report, const Engine& engine, int threads);
 /// Measures a mesh and, if there is a reference, compares the mesh with it. `trace`: null if the run was not traced.
-MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference, const MeshTrace* trace);
+MeshReport report_of(const MeshItem& item, const std::vector<PaintStroke>& paint, const std::optional<Mask>& reference,
+                     const MeshTrace* trace);
 
 /// Writes the report as JSON, with the parameters of `scene`; infinite distances become null. Replaces invalid bytes of
 /// a path or name that is not UTF-8 by U+FFFD, adds a warning to the report and returns it, else "". Throws Error for a

@@ -17,6 +17,7 @@
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
 #include "io/volume/volume_io.h"
+#include "session/paint.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -145,7 +146,8 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
     {
       const Progress progress(console, "measuring");
       for (const MeshItem& item : session.scene().meshes) {
-        report.meshes.push_back(report_of(item, references.mask_for(item), clock.trace().of(item.id)));
+        report.meshes.push_back(
+            report_of(item, paint_of(session.scene(), item.id), references.mask_for(item), clock.trace().of(item.id)));
         Interrupt::check();
       }
     }

@@ -7,6 +7,7 @@
 #include "app/simulate.h"
 #include "app/slice_picture.h"
 #include "python/messages.h"
+#include "session/paint.h"
 
 namespace simplexseg::python {
 
@@ -135,7 +136,7 @@ void SessionOwner::save_report(const std::filesystem::path& path) {
     RunReport report = report_;
     report.bytes_allocated = session.engine().bytes_allocated();
     for (const MeshItem& item : session.scene().meshes)
-      report.meshes.push_back(report_of(item, references_.mask_for(item), nullptr));
+      report.meshes.push_back(report_of(item, paint_of(session.scene(), item.id), references_.mask_for(item), nullptr));
     write_report(path, report, session.scene());
   });
 }

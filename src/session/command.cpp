@@ -15,7 +15,10 @@ const char* title(const DeleteMesh&) { return "delete segmentation"; }
 const char* title(const EditMesh&) { return "edit segmentation"; }
 const char* title(const SetForceParameter&) { return "change force parameter"; }
 const char* title(const SetSimulationParameter&) { return "change simulation parameter"; }
-const char* title(const AddPoint& c) { return c.path_mm.empty() ? "add point" : "add stroke"; }
+const char* title_of_paint(MarkKind kind) { return kind == MarkKind::Inside ? "paint" : "erase"; }
+const char* title(const AddPoint& c) {
+  return c.brush.paints() ? title_of_paint(c.kind) : c.path_mm.empty() ? "add point" : "add stroke";
+}
 const char* title(const MovePoint&) { return "move point"; }
 const char* title(const DeletePoint&) { return "delete point"; }
 const char* title(const ResetPose&) { return "reset segmentation"; }
@@ -66,12 +69,16 @@ std::string description(const AddMesh& c, const Scene&) {
   return c.name.empty() ? title(c) : std::string(title(c)) + ": " + c.name;
 }
 std::string description(const AddPoint& c, const Scene& scene) {
+  if (c.brush.paints()) return title(c) + mesh_suffix(c.mesh, scene);
   return std::string("add ") + name_of(c.kind) + (c.path_mm.empty() ? " point" : " stroke") +
          mesh_suffix(c.mesh, scene);
 }
 std::string description_of_point(const char* verb, ItemId id, const Scene& scene) {
   const UserPoint* const point = scene.find_point(id);
   if (!point) return std::string(verb) + " point";
+  if (point->is_paint())
+    return std::string(verb) + (point->kind == MarkKind::Inside ? " paint" : " eraser stroke") +
+           mesh_suffix(point->mesh, scene);
   return std::string(verb) + " " + name_of(point->kind) + (point->is_stroke() ? " stroke" : " point") +
          mesh_suffix(point->mesh, scene);
 }

@@ -64,6 +64,7 @@ struct AddPoint {
   double radius_mm = 0;                    ///< radius of the marked ball, mm; 0: mark_radius_mm()
   Eigen::Vector3d outward{0, 0, 0};        ///< boundary point: direction out of the object; 0: outward_at()
   std::vector<Eigen::Vector3d> path_mm{};  ///< stroke: UserPoint::path_mm
+  PaintBrush brush{};                      ///< paint or eraser: UserPoint::brush; needs a radius
 };
 struct MovePoint {
   ItemId point;

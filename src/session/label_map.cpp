@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "image/rasterise.h"
+#include "session/paint.h"
 
 namespace simplexseg {
 
@@ -28,6 +28,36 @@ std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const Vol
     offset = offset * field.box.size[a] + at;
   }
   return field.values[offset];
+}
+
+/// Voxels that paint puts into an object belong to it, whatever the surfaces and fields of others contain; the last
+/// stroke in the scene counts. Voxels that it removes from an object remain with the others.
+template <class T>
+void set_painted_voxels(const Scene& scene, const VolumeGeometry& geometry, std::span<T> voxels) {
+  const VoxelBox all{{0, 0, 0}, geometry.size};
+  for (std::size_t p = 0; p < scene.points.size(); ++p) {
+    const UserPoint& point = scene.points[p];
+    if (!point.is_paint() || point.kind != MarkKind::Inside) continue;
+    StrokeVoxels stroke = voxels_of(paint_stroke_of(point), geometry);
+    const auto for_each_voxel = [&](const StrokeVoxels& of, auto&& use) {
+      std::size_t v = 0;
+      for (int k = 0; k < of.box.size[2]; ++k)
+        for (int j = 0; j < of.box.size[1]; ++j)
+          for (int i = 0; i < of.box.size[0]; ++i, ++v)
+            if (of.voxels[v]) use(of.box.first[0] + i, of.box.first[1] + j, of.box.first[2] + k);
+    };
+    // Later strokes of the eraser take voxels out of the same object again.
+    for (std::size_t later = p + 1; later < scene.points.size(); ++later) {
+      const UserPoint& eraser = scene.points[later];
+      if (!eraser.is_paint() || eraser.kind == MarkKind::Inside || eraser.mesh != point.mesh) continue;
+      for_each_voxel(voxels_of(paint_stroke_of(eraser), geometry, stroke.box), [&](int i, int j, int k) {
+        stroke.voxels[stroke.box.offset(i - stroke.box.first[0], j - stroke.box.first[1], k - stroke.box.first[2])] = 0;
+      });
+    }
+    const MeshItem* const item = scene.find_mesh(point.mesh);
+    if (!item || item->mesh.positions.empty()) continue;
+    for_each_voxel(stroke, [&](int i, int j, int k) { voxels[all.offset(i, j, k)] = static_cast<T>(item->label); });
+  }
 }
 
 }  // namespace
@@ -51,7 +81,7 @@ LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
     std::vector<const MeshItem*> owner(voxels.size());
     for (const MeshItem& item : scene.meshes) {
       if (item.mesh.positions.empty()) continue;
-      const Mask mask = rasterise(item.mesh, geometry);
+      const Mask mask = object_mask(item.mesh, paint_of(scene, item.id), geometry);
       for (std::size_t v = 0; v < voxels.size(); ++v) {
         if (!mask.voxels[v]) continue;
         map.shared_voxels += owner[v] != nullptr;
@@ -62,6 +92,7 @@ LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
         owner[v] = &item, voxels[v] = static_cast<T>(item.label);
       }
     }
+    set_painted_voxels(scene, geometry, voxels);
   };
   visit_voxel_type(map.labels.type(), paint);
   return map;

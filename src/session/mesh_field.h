@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "field/marks.h"
 #include "image/cell_grid.h"
+#include "image/paint_stroke.h"
 
 namespace simplexseg {
 
@@ -21,6 +23,10 @@ struct MeshField {
   bool leaks = false;        ///< whether the object reaches the sides of the largest box: it spreads without a border
   float expected_dice = 1;   ///< expected Dice coefficient (EvidenceField::Report); 1 for field_of_start()
   std::string problem;       ///< reason for the failure; empty: none
+  /// Field with paint (painted_field()): the field without it, the strokes, and the cells that they cover completely.
+  std::shared_ptr<const MeshField> solved{};
+  std::vector<PaintStroke> paint{};
+  std::vector<std::uint32_t> painted_cells{};
 
   /// Whether it was solved in a box that may still grow, and another field of the same update follows.
   bool is_preliminary() const { return marks.empty(); }

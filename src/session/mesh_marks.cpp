@@ -18,7 +18,7 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
   // Smallest radius of a boundary mark, and radius of the other marks whose points have none.
   const double min_radius_mm = far_brush_radius_mm(volume.geometry());
   for (const UserPoint& point : scene.points) {
-    if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
+    if (point.mesh != item.id || point.is_paint() || !volume.geometry().contains(point.position_mm)) continue;
     if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
     if (point.kind == MarkKind::Boundary) {
       marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, min_radius_mm), point.outward});

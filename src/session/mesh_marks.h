@@ -12,8 +12,8 @@ namespace simplexseg {
 class Volume;
 struct VolumeGeometry;
 
-/// Marks of a mesh: its seed, then its points and strokes in the order in which they were placed. Points and parts of
-/// strokes outside the volume and boundary points without a direction are omitted.
+/// Marks of a mesh: its seed, then its points and strokes in the order in which they were placed. Paint, points and
+/// parts of strokes outside the volume and boundary points without a direction are omitted.
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume);
 /// Seeds and inside points of the other meshes that use fields; these are background marks for this mesh.
 std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, const Volume& volume);

@@ -84,6 +84,21 @@ SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, doubl
   });
 }
 
+/// Whether all cells around a cell of the field, up to the sides of its box, are on its side of the threshold. A smooth
+/// surface cannot follow single cells.
+bool is_surrounded(const MeshField& field, std::size_t cell) {
+  const bool inside = field.values[cell] > kThreshold;
+  const auto ni = static_cast<std::size_t>(field.box.size[0]), nj = static_cast<std::size_t>(field.box.size[1]);
+  const std::array<std::size_t, 3> stride{1, ni, ni * nj}, at{cell % ni, cell / ni % nj, cell / (ni * nj)};
+  for (int a = 0; a < 3; ++a) {
+    if (at[a] > 0 && (field.values[cell - stride[a]] > kThreshold) != inside) return false;
+    if (at[a] + 1 < static_cast<std::size_t>(field.box.size[a]) &&
+        (field.values[cell + stride[a]] > kThreshold) != inside)
+      return false;
+  }
+  return true;
+}
+
 FieldMismatch mismatch_of(const SimplexMesh& mesh, const MeshField& field, const Volume& volume) {
   const VolumeGeometry grid = field.grid(volume.geometry());
   const Mask mask = rasterise(mesh, grid);
@@ -101,6 +116,8 @@ FieldMismatch mismatch_of(const SimplexMesh& mesh, const MeshField& field, const
     const std::size_t v = (static_cast<std::size_t>(voxel[2]) * grid.size[1] + voxel[1]) * grid.size[0] + voxel[0];
     mismatch.wrong_marks += (mask.voxels[v] != 0) != (mark.kind == MarkKind::Inside);
   }
+  for (const std::uint32_t v : field.painted_cells)
+    mismatch.wrong_marks += is_surrounded(field, v) && (mask.voxels[v] != 0) != (field.values[v] > kThreshold);
   mismatch.vertices = mesh.vertex_count();
   mismatch.folded = folded_vertices(mesh);
   return mismatch;

@@ -14,11 +14,13 @@ class Volume;
 
 /// Mismatch between a mesh and its field.
 struct FieldMismatch {
-  int wrong = 0;        ///< voxels on the wrong side of the mesh whose foreground probability is above 0.7 or below 0.3
-  int object = 0;       ///< number of voxels of the field's object
-  int wrong_marks = 0;  ///< inside and outside marks whose centre is on the wrong side of the mesh
-  int folded = 0;       ///< vertices whose normal is more than 90 degrees from a neighbour's normal
-  int vertices = 0;     ///< number of vertices of the mesh
+  int wrong = 0;   ///< voxels on the wrong side of the mesh whose foreground probability is above 0.7 or below 0.3
+  int object = 0;  ///< number of voxels of the field's object
+  /// Inside and outside marks whose centre is on the wrong side of the mesh, and painted cells that are, if all cells
+  /// around them belong to the same side of the field.
+  int wrong_marks = 0;
+  int folded = 0;    ///< vertices whose normal is more than 90 degrees from a neighbour's normal
+  int vertices = 0;  ///< number of vertices of the mesh
 
   /// Whether the mesh agrees with the field: no mark is on the wrong side, and at most a few voxels and vertices
   /// disagree, as details smaller than the cells cause.

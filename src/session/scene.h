@@ -101,6 +101,11 @@ struct UserPoint {
   /// outside points have one.
   std::vector<Eigen::Vector3d> path_mm{};
 
+  /// Brush of a stroke of paint (inside) or of the eraser (outside). Such a stroke is no mark: it sets voxels exactly
+  /// (session/paint.h).
+  PaintBrush brush{};
+
+  bool is_paint() const { return brush.paints(); }
   bool is_stroke() const { return !path_mm.empty(); }
   /// All vertices of the path; one for a point.
   std::vector<Eigen::Vector3d> vertices_mm() const;

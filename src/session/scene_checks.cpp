@@ -85,6 +85,16 @@ void check_path(MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm) {
   for (const Eigen::Vector3d& offset : path_mm) check_position(offset);
 }
 
+void check_paint(MarkKind kind, double radius_mm, const PaintBrush& brush) {
+  if (kind == MarkKind::Boundary)
+    throw Error("paint", "it belongs to a boundary point", "make it an inside or an outside stroke");
+  check_radius(radius_mm);
+  const bool disc = brush.thickness_mm > 0 && brush.thickness_mm <= 1000 && std::abs(brush.normal.norm() - 1) < 1e-6;
+  if (brush.shape == PaintBrush::Shape::Disc && !disc)
+    throw Error("paint", "its brush is a disc without a unit normal or without a thickness from 0 to 1000 mm",
+                "correct the brush");
+}
+
 ItemId check_scene(Scene& scene, const Volume& volume) {
   check_values(scene);
   std::set<ItemId> ids;
@@ -102,6 +112,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
     check_position(point.position_mm);
     check_mark(point.kind, point.position_mm, volume);
     check_path(point.kind, point.path_mm);
+    if (point.is_paint()) check_paint(point.kind, point.radius_mm, point.brush);
     if (!(point.radius_mm >= 0) || !std::isfinite(point.radius_mm) || !point.outward.allFinite())
       throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",
                   "correct them, or leave them out");

@@ -98,8 +98,10 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
   check_position(command.position_mm);
   check_mark(command.kind, command.position_mm, volume_);
   check_path(command.kind, command.path_mm);
+  if (command.brush.paints()) check_paint(command.kind, command.radius_mm, command.brush);
   UserPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
   point.path_mm = command.path_mm;
+  point.brush = command.brush;
   if (!(point.radius_mm > 0)) point.radius_mm = stroke_radius_mm(item, point, volume_);
   if (point.kind == MarkKind::Boundary)
     point.outward = command.outward.norm() > 0 && command.outward.allFinite()

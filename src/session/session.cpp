@@ -80,6 +80,7 @@ void Session::open(Scene scene, Volume volume, UndoHistory history) {
   const std::vector<char> stale = std::exchange(stale_poses_, {});
   try {
     try {
+      add_paint_to_fields();
       engine_->set_volume(volume_);
       load_engine();
     } catch (const DeviceError& failure) {
@@ -252,6 +253,7 @@ ItemId Session::apply(const Command& command) {
 ItemId Session::execute(const Undo&) {
   read_poses_or_fail_over();
   if (!history_.undo(scene_)) return 0;
+  add_paint_to_fields();
   try {
     update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
@@ -264,6 +266,7 @@ ItemId Session::execute(const Undo&) {
 ItemId Session::execute(const Redo&) {
   read_poses_or_fail_over();
   if (!history_.redo(scene_)) return 0;
+  add_paint_to_fields();
   try {
     update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
@@ -305,6 +308,7 @@ template <class Edit>
 ItemId Session::edit_scene(const Edit& edit) {
   const SceneChange change = SceneEditor(scene_, volume_, next_id_).execute(edit);
   update_engine_or_fail_over(change.update);
+  update_painted_fields();
   return change.added;
 }
 

@@ -162,6 +162,8 @@ class Session {
   void update_all_fields();
   void update_fields_in_background();
   void attach_field(MeshItem& item, std::shared_ptr<const MeshField> field);
+  void add_paint_to_fields();
+  void update_painted_fields();
   void set_engine_field(std::size_t mesh);
   /// Meshes whose comparisons run in the background; those of other meshes are made between two steps.
   struct InBackground {

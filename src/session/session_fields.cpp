@@ -9,9 +9,18 @@
 #include "session/engine_scene.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
+#include "session/paint.h"
 #include "session/session.h"
 
 namespace simplexseg {
+namespace {
+
+/// Field of a mesh without its paint; null without a field.
+std::shared_ptr<const MeshField> solved_field(const MeshItem& item) {
+  return item.field && item.field->solved ? item.field->solved : item.field;
+}
+
+}  // namespace
 
 ItemId Session::execute(const StartFieldUpdate& command) {
   MeshItem* const item = scene_.find_mesh(command.mesh);
@@ -24,9 +33,27 @@ ItemId Session::execute(const StartFieldUpdate& command) {
   return 0;
 }
 
-/// Replaces the field of a mesh in scene and engine, and wakes the mesh. If the engine throws, the mesh keeps its
-/// field.
+/// Adds the present paint of each mesh to its field, for scenes that were opened or restored. The engine must be loaded
+/// afterwards.
+void Session::add_paint_to_fields() {
+  for (MeshItem& item : scene_.meshes) {
+    if (!item.field) continue;
+    std::vector<PaintStroke> paint = paint_of(scene_, item.id);
+    if (paint != item.field->paint)
+      item.field = painted_field(solved_field(item), std::move(paint), volume_.geometry());
+  }
+}
+
+/// Replaces the fields of the meshes whose paint a command changed.
+void Session::update_painted_fields() {
+  for (MeshItem& item : scene_.meshes)
+    if (item.has_field() && paint_of(scene_, item.id) != item.field->paint) attach_field(item, solved_field(item));
+}
+
+/// Replaces the field of a mesh in scene and engine, with the paint of the mesh, and wakes the mesh. If the engine
+/// throws, the mesh keeps its field.
 void Session::attach_field(MeshItem& item, std::shared_ptr<const MeshField> field) {
+  field = painted_field(std::move(field), paint_of(scene_, item.id), volume_.geometry());
   const bool waited_for_field = waits_for_field(item, volume_);
   std::shared_ptr<const MeshField> before = std::exchange(item.field, std::move(field));
   try {

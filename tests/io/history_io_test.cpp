@@ -116,6 +116,9 @@ TEST_F(HistoryIo, ThirtyMixedActionsAreRestoredBitForBit) {
   run(4);
   session->apply(AddPoint{ball, {17.5, 0, 0}, MarkKind::Outside});
   run(4);
+  session->apply(AddPoint{ball, {0, 20, 0}, MarkKind::Inside, 3, {0, 0, 0}, {{3, 0, 0}}, PaintBrush::ball()});
+  ASSERT_EQ(session->scene().meshes[0].field->paint.size(), 1u);
+  run(2);
   for (const float value : {0.2f, 0.3f, 0.4f}) {
     session->apply(SetForceParameter{ball, ForceId::Smoothing, 0, value, value > 0.2f});
     run(1);

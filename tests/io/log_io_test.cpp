@@ -18,7 +18,7 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
       {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f, true}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "limit_timestep"), 0}},
-      {1000000, AddPoint{5, p, MarkKind::Outside, 2, {0, 0, 0}, {p, -p}}},
+      {1000000, AddPoint{5, p, MarkKind::Outside, 2, {0, 0, 0}, {p, -p}, PaintBrush::disc(p, 0.1)}},
       {1, MovePoint{6, p, true}},
       {1, MovePoint{6, -p, false}},
       {1, DeletePoint{6}},
@@ -71,6 +71,7 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   EXPECT_TRUE(added.mesh == added_again.mesh && same_bits(added.position_mm, added_again.position_mm));
   EXPECT_EQ(added_again.kind, MarkKind::Outside);
   EXPECT_EQ(added_again.path_mm, added.path_mm);
+  EXPECT_EQ(added_again.brush, added.brush);
   for (const std::size_t at : {8u, 9u}) {
     const auto [a, b] = get(std::type_identity<MovePoint>{}, at);
     EXPECT_TRUE(a.point == b.point && a.continues == b.continues && same_bits(a.position_mm, b.position_mm));

@@ -42,6 +42,7 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
   for (std::size_t p = 0; p < before.points.size(); ++p) {
     EXPECT_TRUE(same_bits(before.points[p].position_mm, after.points[p].position_mm));
     EXPECT_EQ(before.points[p].path_mm, after.points[p].path_mm);
+    EXPECT_EQ(before.points[p].brush, after.points[p].brush);
     EXPECT_EQ(before.find_mesh(before.points[p].mesh)->name, after.find_mesh(after.points[p].mesh)->name);
   }
   // Saving the scene again gives the same text.

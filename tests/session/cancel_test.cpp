@@ -13,14 +13,6 @@
 namespace simplexseg {
 namespace {
 
-std::unique_ptr<Session> open_with_field(int threads = 2) {
-  Scene scene = ball_scene();
-  set(scene.forces, {"evidence", "source", 0});
-  scene.meshes[0].parameters = scene.forces;
-  auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
-  session->open(std::move(scene), ball_image());
-  return session;
-}
 bool is_cancelled(const Session& session) {
   return is_update_cancelled(session.scene(), first_mesh(session), session.volume());
 }

@@ -15,14 +15,6 @@
 namespace simplexseg {
 namespace {
 
-std::unique_ptr<Session> open_with_field(int threads = 2) {
-  Scene scene = ball_scene();
-  set(scene.forces, {"evidence", "source", 0});
-  scene.meshes[0].parameters = scene.forces;
-  auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
-  session->open(std::move(scene), ball_image());
-  return session;
-}
 /// Foreground probability at a position, from its nearest voxel; 0 outside the box.
 double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
   const Eigen::Vector3d at = ball_image().geometry().index_from_world() * mm;

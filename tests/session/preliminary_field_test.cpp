@@ -11,14 +11,6 @@
 namespace simplexseg {
 namespace {
 
-std::unique_ptr<Session> open_with_field(int threads = 2) {
-  Scene scene = ball_scene();
-  set(scene.forces, {"evidence", "source", 0});
-  scene.meshes[0].parameters = scene.forces;
-  auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
-  session->open(std::move(scene), ball_image());
-  return session;
-}
 double volume_of(const Session& session) { return measure(first_mesh(session).mesh).volume_mm3; }
 
 /// Session that has run steps with the first preliminary field of its mesh.

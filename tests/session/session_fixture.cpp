@@ -89,6 +89,15 @@ std::unique_ptr<Session> open_session(int threads, Scene scene) {
   return session;
 }
 
+std::unique_ptr<Session> open_with_field(int threads) {
+  Scene scene = ball_scene();
+  set(scene.forces, {"evidence", "source", 0});
+  scene.meshes[0].parameters = scene.forces;
+  auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
+  session->open(std::move(scene), ball_image());
+  return session;
+}
+
 int simulation_index(const char* name) {
   const int index = find_parameter(simulation_table(), name);
   EXPECT_GE(index, 0) << name;

@@ -25,6 +25,8 @@ Scene ball_scene();
 const Volume& ball_image();
 const MeshItem& first_mesh(const Session& session);
 std::unique_ptr<Session> open_session(int threads = 1, Scene scene = ball_scene());
+/// Like open_session(), with a field solved from the marks instead of the region.
+std::unique_ptr<Session> open_with_field(int threads = 2);
 int simulation_index(const char* name);
 int parameter_index(const char* force, const char* parameter);
 /// Message of the Error that a command throws; fails the test if it throws none or changes the state.

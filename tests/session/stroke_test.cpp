@@ -8,14 +8,6 @@
 namespace simplexseg {
 namespace {
 
-std::unique_ptr<Session> open_with_field() {
-  Scene scene = ball_scene();
-  set(scene.forces, {"evidence", "source", 0});
-  scene.meshes[0].parameters = scene.forces;
-  auto session = std::make_unique<Session>(make_cpu_engine(2), nullptr, 2);
-  session->open(std::move(scene), ball_image());
-  return session;
-}
 AddPoint outside_stroke(ItemId mesh) {
   return {mesh, {15, -6, 0}, MarkKind::Outside, 0, {0, 0, 0}, {{1, 6, 0}, {0, 12, 0}}};
 }

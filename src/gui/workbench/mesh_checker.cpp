@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/number_text.h"
 #include "gui/look/qt_text.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
-#include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
+#include "session/paint.h"
 
 namespace simplexseg {
 namespace {
@@ -117,10 +118,12 @@ const MeshCheck* MeshChecker::of(ItemId mesh) const {
 
 void MeshChecker::begin() {
   std::vector<MeshItem> items;
+  std::map<ItemId, std::vector<PaintStroke>> paint;
   try {
     for (const MeshItem& item : workbench_.session().scene().meshes) {
       MeshItem& copy = items.emplace_back();
       copy.id = item.id, copy.name = item.name, copy.reference = item.reference, copy.mesh = item.mesh;
+      paint[item.id] = paint_of(workbench_.scene(), item.id);
     }
   } catch (const std::exception&) {
     return;  // the device was lost while poses were read; the next step reports the loss
@@ -132,7 +135,8 @@ void MeshChecker::begin() {
   took_.start();
   job_->start(
       tr("Checking the segmentations..."),
-      [=, items = std::move(items), volume = workbench_.session().volume(), references = workbench_.references()] {
+      [=, items = std::move(items), paint = std::move(paint), volume = workbench_.session().volume(),
+       references = workbench_.references()] {
         for (const MeshItem& item : items) {
           if (item.mesh.positions.empty()) continue;
           MeshCheck& check = result->checks.emplace_back();
@@ -141,7 +145,7 @@ void MeshChecker::begin() {
           const SurfaceMeasures measures = measure(item.mesh);
           check.volume_ml = measures.volume_mm3 / 1000;
           check.area_cm2 = measures.area_mm2 / 100;
-          const Mask mask = rasterise(item.mesh, volume.geometry());
+          const Mask mask = object_mask(item.mesh, paint.at(item.id), volume.geometry());
           check.inside = intensities_in(volume, mask);
           std::vector<float> distances;
           if (const std::optional<Mask> reference = references.mask_for(item)) {

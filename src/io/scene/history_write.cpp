@@ -104,7 +104,8 @@ class BlockTable {
     return block->empty() ? 0 : number_of(block.get(), [&] { return bytes_of(*block); });
   }
   std::size_t number_of(const std::shared_ptr<const MeshField>& field) {
-    return number_of(field.get(), [&] { return bytes_of(made_.emplace_back(field_bytes(*field))); });
+    const MeshField* const solved = field->solved ? field->solved.get() : field.get();  // paint is added again
+    return number_of(solved, [&] { return bytes_of(made_.emplace_back(field_bytes(*solved))); });
   }
   std::size_t number_of(const std::shared_ptr<const SimplexMesh>& mesh) {
     return number_of(mesh.get(), [&] { return bytes_of(made_.emplace_back(ply_of(*mesh))); });

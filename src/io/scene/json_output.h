@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "forces/parameters.h"
+#include "image/paint_stroke.h"
 #include "io/platform/files.h"
 #include "io/scene/parameter_text.h"
 
@@ -42,6 +43,15 @@ Json path_json(const std::vector<Eigen::Vector3d>& path) {
   Json array = Json::array();
   for (const Eigen::Vector3d& vertex : path) array.push_back(vector_json<Json>(vertex));
   return array;
+}
+
+/// JSON object of the brush of a stroke of paint; empty for a ball.
+template <class Json>
+Json brush_json(const PaintBrush& brush) {
+  Json json = Json::object();
+  if (brush.shape == PaintBrush::Shape::Disc)
+    json = {{"normal", vector_json<Json>(brush.normal)}, {"thickness_mm", brush.thickness_mm}};
+  return json;
 }
 
 /// Text of a JSON file. `path`: file in messages; `indent`: blanks per level, -1 for a single line. Throws Error for a

@@ -132,15 +132,17 @@ Json keys_json(const AddPoint& c) {
   if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
   if (c.outward.norm() > 0) json["outward"] = vector_json<Json>(c.outward);
   if (!c.path_mm.empty()) json["path_mm"] = path_json<Json>(c.path_mm);
+  if (c.brush.paints()) json["paint"] = brush_json<Json>(c.brush);
   return json;
 }
 void read_keys(const JsonInput& in, AddPoint& c) {
-  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm"});
+  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint"});
   c = {read_id(in["mesh"]), in["position_mm"].vector3()};
   if (in.has("kind")) c.kind = read_point_kind(in["kind"]);
   if (in.has("radius_mm")) c.radius_mm = read_radius(in["radius_mm"]);
   if (in.has("outward")) c.outward = in["outward"].vector3();
   if (in.has("path_mm")) c.path_mm = read_path(in["path_mm"]);
+  if (in.has("paint")) c.brush = read_brush(in["paint"]);
 }
 
 Json keys_json(const MovePoint& c) {

@@ -39,4 +39,10 @@ std::vector<Eigen::Vector3d> read_path(const JsonInput& input) {
   return path;
 }
 
+PaintBrush read_brush(const JsonInput& input) {
+  input.expect_keys({"normal", "thickness_mm"});
+  if (!input.has("normal") && !input.has("thickness_mm")) return PaintBrush::ball();
+  return PaintBrush::disc(input["normal"].vector3(), input["thickness_mm"].number());
+}
+
 }  // namespace simplexseg

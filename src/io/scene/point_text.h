@@ -20,5 +20,7 @@ MarkKind read_point_kind(const JsonInput& input);
 double read_radius(const JsonInput& input);
 /// Reads the vertices of a path (UserPoint::path_mm): a list of lists of three numbers.
 std::vector<Eigen::Vector3d> read_path(const JsonInput& input);
+/// Reads the brush of a stroke of paint: `normal` and `thickness_mm` of a disc; neither for a ball.
+PaintBrush read_brush(const JsonInput& input);
 
 }  // namespace simplexseg

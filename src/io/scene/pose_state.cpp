@@ -80,7 +80,8 @@ std::vector<Mark> marks_of(const json& saved) {
   return marks;
 }
 
-json binary_json(const MeshField& field) {
+json binary_json(const MeshField& painted) {
+  const MeshField& field = painted.solved ? *painted.solved : painted;  // Session::open() adds the paint again
   json saved = {{"first", field.box.first},
                 {"size", field.box.size},
                 {"values", binary_of(field.values.data(), field.values.size())},

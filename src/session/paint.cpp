@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/paint.h"
+
+#include <algorithm>
+#include <array>
+#include <unordered_map>
+#include <utility>
+
+#include "field/field_value.h"
+#include "forces/step_view.h"
+#include "image/rasterise.h"
+#include "image/voxel_rows.h"
+#include "session/field_voxels.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kMargin = 3;                    // cells of the box around paint
+constexpr std::size_t kMaxCells = 8'000'000;  // of a box that is enlarged for paint
+constexpr int kSamples = 3;                   // samples of a cell larger than a voxel, along each axis
+
+enum class Painted : std::uint8_t { Not, Inside, Outside };
+
+/// Paint on the cells of a grid, at kSamples^3 samples of each, or one for cells of a voxel.
+class PaintedCells {
+ public:
+  PaintedCells(const VolumeGeometry& cells, bool are_voxels)
+      : all_{{0, 0, 0}, cells.size}, per_axis_(are_voxels ? 1 : kSamples), samples_(cells) {
+    const Eigen::Affine3d world = cells.world_from_index();
+    samples_.origin_mm = world * Eigen::Vector3d::Constant(0.5 / per_axis_ - 0.5);
+    samples_.spacing_mm = cells.spacing_mm / per_axis_;
+    for (int a = 0; a < 3; ++a) samples_.size[a] = cells.size[a] * per_axis_;
+  }
+
+  void add(const PaintStroke& stroke) {
+    const StrokeVoxels found = voxels_of(stroke, samples_);
+    std::size_t v = 0;
+    for (int k = 0; k < found.box.size[2]; ++k)
+      for (int j = 0; j < found.box.size[1]; ++j)
+        for (int i = 0; i < found.box.size[0]; ++i, ++v) {
+          if (!found.voxels[v]) continue;
+          const std::array<int, 3> at{found.box.first[0] + i, found.box.first[1] + j, found.box.first[2] + k};
+          std::array<int, 3> cell, in_cell;
+          for (int a = 0; a < 3; ++a) cell[a] = at[a] / per_axis_, in_cell[a] = at[a] % per_axis_;
+          samples_of_[all_.offset(cell[0], cell[1], cell[2])]
+                     [(in_cell[2] * per_axis_ + in_cell[1]) * per_axis_ + in_cell[0]] =
+                         stroke.inside ? Painted::Inside : Painted::Outside;
+        }
+  }
+
+  /// Bounding box of the cells with paint, with a margin.
+  VoxelBox box() const {
+    std::array<int, 3> low = all_.size, high{-1, -1, -1};
+    for (const auto& [cell, samples] : samples_of_) {
+      const std::array<int, 3> at = index_of(cell);
+      for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], at[a]), high[a] = std::max(high[a], at[a]);
+    }
+    VoxelBox box{};
+    for (int a = 0; a < 3; ++a) {
+      box.first[a] = std::max(low[a] - kMargin, 0);
+      box.size[a] = std::max(std::min(high[a] + kMargin + 1, all_.size[a]) - box.first[a], 0);
+    }
+    return box;
+  }
+
+  /// Calls use(cell, share inside, share outside) for each cell with paint.
+  template <class Use>
+  void for_each(Use&& use) const {
+    const float part = 1.0f / static_cast<float>(per_axis_ * per_axis_ * per_axis_);
+    for (const auto& [cell, samples] : samples_of_)
+      use(index_of(cell), part * static_cast<float>(std::ranges::count(samples, Painted::Inside)),
+          part * static_cast<float>(std::ranges::count(samples, Painted::Outside)));
+  }
+
+ private:
+  std::array<int, 3> index_of(std::size_t cell) const {
+    const auto row = static_cast<std::size_t>(all_.size[0]), plane = row * static_cast<std::size_t>(all_.size[1]);
+    return {static_cast<int>(cell % row), static_cast<int>(cell % plane / row), static_cast<int>(cell / plane)};
+  }
+
+  VoxelBox all_;
+  int per_axis_;
+  VolumeGeometry samples_;
+  std::unordered_map<std::size_t, std::array<Painted, kSamples * kSamples * kSamples>> samples_of_;
+};
+
+VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
+  VoxelBox box{};
+  for (int axis = 0; axis < 3; ++axis) {
+    box.first[axis] = std::min(a.first[axis], b.first[axis]);
+    box.size[axis] = std::max(a.first[axis] + a.size[axis], b.first[axis] + b.size[axis]) - box.first[axis];
+  }
+  return box;
+}
+
+}  // namespace
+
+PaintStroke paint_stroke_of(const UserPoint& point) {
+  return {point.kind == MarkKind::Inside, point.vertices_mm(), point.radius_mm, point.brush};
+}
+
+std::vector<PaintStroke> paint_of(const Scene& scene, ItemId mesh) {
+  std::vector<PaintStroke> paint;
+  for (const UserPoint& point : scene.points)
+    if (point.mesh == mesh && point.is_paint()) paint.push_back(paint_stroke_of(point));
+  return paint;
+}
+
+Mask object_mask(const SimplexMesh& mesh, const std::vector<PaintStroke>& paint, const VolumeGeometry& grid) {
+  Mask mask = rasterise(mesh, grid);
+  for (const PaintStroke& stroke : paint) apply(stroke, mask);
+  return mask;
+}
+
+std::shared_ptr<const MeshField> painted_field(std::shared_ptr<const MeshField> solved, std::vector<PaintStroke> paint,
+                                               const VolumeGeometry& volume) {
+  if (paint.empty() || solved->values.empty()) return solved;
+  const VolumeGeometry cells = cell_geometry(volume, solved->cell);
+  PaintedCells painted(cells, solved->cell == kVoxelCells);
+  for (const PaintStroke& stroke : paint) painted.add(stroke);
+  auto field = std::make_shared<MeshField>(*solved);
+  if (const VoxelBox box = united(solved->box, painted.box()); box.voxel_count() <= kMaxCells) field->box = box;
+  const std::size_t count = field->box.voxel_count();
+  // The half lets values that do not change be encoded to the same integers again.
+  std::vector<std::uint16_t> values(count, 0);
+  copy_into_outer(solved->values.data(), solved->box, values.data(), field->box);
+  std::vector<std::uint8_t> object(count);
+  std::vector<float> probability(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    object[v] = static_cast<float>(values[v]) > 0.5f * kFieldScale;
+    probability[v] = (static_cast<float>(values[v]) + 0.5f) / kFieldScale;
+  }
+  field->painted_cells.clear();
+  painted.for_each([&](const std::array<int, 3>& cell, float inside, float outside) {
+    std::array<int, 3> at;
+    for (int a = 0; a < 3; ++a) {
+      at[a] = cell[a] - field->box.first[a];
+      if (at[a] < 0 || at[a] >= field->box.size[a]) return;
+    }
+    const std::size_t v = field->box.offset(at[0], at[1], at[2]);
+    const float p = inside + (1 - inside - outside) * probability[v];
+    object[v] = p > 0.5f, probability[v] = p;
+    if (inside + outside == 1) field->painted_cells.push_back(static_cast<std::uint32_t>(v));
+  });
+  std::ranges::sort(field->painted_cells);
+  field->values = field_values(object, probability, field->box, cells, field_value_of(cells), run_serially());
+  field->paint = std::move(paint);
+  field->solved = std::move(solved);
+  return field;
+}
+
+}  // namespace simplexseg
