@@ -82,6 +82,17 @@ ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const st
   return {{mesh.session, apply(*mesh.session, command)}};
 }
 
+ScenePoint paint(const SceneMesh& mesh, const std::vector<py::object>& path, double radius, bool erase,
+                 const py::object& normal, double thickness) {
+  if (path.empty()) throw Error("path", "it has no vertex", "give at least one position");
+  AddPoint command{mesh.id, vector_of(path[0], "path"), erase ? MarkKind::Outside : MarkKind::Inside, radius};
+  for (std::size_t p = 1; p < path.size(); ++p)
+    command.path_mm.emplace_back(vector_of(path[p], "path") - command.position_mm);
+  command.brush =
+      normal.is_none() ? PaintBrush::ball() : PaintBrush::disc(vector_of(normal, "normal").normalized(), thickness);
+  return {{mesh.session, apply(*mesh.session, command)}};
+}
+
 /// Returns the foreground probability (0..1) on the box of the field; none if there is no field.
 std::optional<Image> evidence(const SceneMesh& mesh) {
   const auto field = read_mesh_item(mesh, [](const MeshItem& item) { return item.field; });
@@ -162,6 +173,10 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
            "boundary point, None for the normal of the surface nearby. path: further vertices of a stroke, mm, LPS, "
            "for\n"
            "an inside or outside point. Raises Error for a mark outside the volume.")
+      .def("paint", &paint, py::arg("path"), py::arg("radius"), py::kw_only(), py::arg("erase") = false,
+           py::arg("normal") = py::none(), py::arg("thickness") = 0.0,
+           "Paints or erases voxels and returns the stroke: labels contain it exactly, and the mesh follows. path:\n"
+           "vertices, mm, LPS. radius: mm. normal, thickness: of a slice, mm, for a disc in it instead of a ball.")
       .def("evidence", &evidence,
            "Foreground probability, computed from seed and points, as a Volume (float32) on its box of voxels; None "
            "until\n"

@@ -138,7 +138,7 @@ std::shared_ptr<const MeshField> painted_field(std::shared_ptr<const MeshField> 
       if (at[a] < 0 || at[a] >= field->box.size[a]) return;
     }
     const std::size_t v = field->box.offset(at[0], at[1], at[2]);
-    const float p = inside + (1 - inside - outside) * probability[v];
+    const float p = inside + (1 - inside - outside) * static_cast<float>(object[v]);
     object[v] = p > 0.5f, probability[v] = p;
     if (inside + outside == 1) field->painted_cells.push_back(static_cast<std::uint32_t>(v));
   });

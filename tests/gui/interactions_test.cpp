@@ -50,11 +50,10 @@ class InteractionsTest : public WindowTest {
                                       {"redo", Act::Redo},
                                       {"duplicate mesh", Act::DuplicateMesh},
                                       {"delete mesh", Act::DeleteMesh}};
-    const std::map<QString, Act> tools{{"seed", Act::ToolSeed},
-                                       {"point", Act::ToolPoint},
-                                       {"crosshair", Act::ToolCrosshair},
-                                       {"inside", Act::ToolInside},
-                                       {"outside", Act::ToolOutside}};
+    const std::map<QString, Act> tools{{"seed", Act::ToolSeed},           {"point", Act::ToolPoint},
+                                       {"crosshair", Act::ToolCrosshair}, {"inside", Act::ToolInside},
+                                       {"outside", Act::ToolOutside},     {"brush", Act::ToolBrush},
+                                       {"eraser", Act::ToolEraser}};
     if (event.contains("steps")) {
       bench().advance_steps(event["steps"].toInt());
     } else if (event.contains("tool")) {

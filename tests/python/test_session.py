@@ -91,6 +91,15 @@ def test_points_attract_mark_and_move(session):
     stroke.move((14, -4, 1))
     assert stroke.path[-1] == (14, 4, 1)
     stroke.delete()
+    unpainted = session.labels().array.copy()
+    paint = ball.paint([(0, 0, 22), (4, 0, 22)], 3)
+    ball.paint([(0, 0, 8)], 4, erase=True, normal=(0, 0, 1), thickness=2)
+    changed = session.labels().array.astype(int) - unpainted
+    assert (changed > 0).any() and (changed < 0).any()
+    paint.delete()
+    assert ((session.labels().array.astype(int) - unpainted) <= 0).all()
+    session.undo(), session.undo(), session.undo()
+    assert (session.labels().array == unpainted).all()
     with pytest.raises(Error, match="path"):
         ball.add_point((14, -4, 0), "boundary", path=[(15, 0, 0)])
     mark.delete()

@@ -13,14 +13,14 @@ namespace simplexseg {
 enum class Act {
   Open, OpenFolder, Archive, SendBack, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
-  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside,
+  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBrush, ToolEraser, Brush3d,
   RunPause, Step, CancelSolving, ResetPose, Compare,
   ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
   ShowMeshes, ShowFill, ShowField, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ShowPanels, ShowSteps, Researcher,
   Help, Messages, About,
   CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,
-  MoveCrosshair, AddPoint, AddInside, AddOutside, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, PointReach, PointStrength, FollowMouse, Maximise, Rotate
+  MoveCrosshair, AddPoint, AddInside, AddOutside, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, BrushSize, PointReach, PointStrength, FollowMouse, Maximise, Rotate
 };
 // clang-format on
 

@@ -29,6 +29,9 @@ const PointStyle& style_of(MarkKind kind) {
 
 QString title_of(MarkKind kind) { return QCoreApplication::translate("Points", style_of(kind).title); }
 QString title_of(const UserPoint& point) {
+  if (point.is_paint())
+    return point.kind == MarkKind::Inside ? QCoreApplication::translate("Points", "Paint")
+                                          : QCoreApplication::translate("Points", "Eraser");
   const QString kind = title_of(point.kind);
   return point.is_stroke() ? QCoreApplication::translate("Points", "%1 stroke").arg(kind) : kind;
 }

@@ -53,6 +53,7 @@ Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vecto
 struct SliceGrid {
   Eigen::Vector3d origin_mm{0, 0, 0}, step_u_mm{1, 0, 0}, step_v_mm{0, 1, 0};
   int width = 0, height = 0;
+  bool operator==(const SliceGrid&) const = default;
   /// Outer corner of the first texel.
   Eigen::Vector3d corner_mm() const { return origin_mm - 0.5 * (step_u_mm + step_v_mm); }
 };

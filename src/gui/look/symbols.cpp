@@ -32,6 +32,25 @@ void marked_point(QPainter& painter, const QColor& colour, bool across, bool dow
   if (down) painter.drawLine(QPointF(10, 7), QPointF(10, 13));
 }
 
+void brush(QPainter& painter) {
+  painter.drawLine(QPointF(16.5, 3.5), QPointF(9.5, 10.5));
+  painter.save();
+  painter.setBrush(theme::kInside);
+  QPainterPath tip(QPointF(9.5, 10.5));
+  tip.cubicTo(5.5, 10, 6.5, 15, 3, 16.5);
+  tip.cubicTo(8, 18, 11.5, 15, 9.5, 10.5);
+  painter.drawPath(tip);
+  painter.restore();
+}
+
+void eraser(QPainter& painter) {
+  painter.save();
+  painter.setBrush(theme::kOutside);
+  painter.drawPolygon(QPolygonF({{3.5, 12.5}, {8, 8}, {13, 13}, {9.5, 16.5}, {7.5, 16.5}}));
+  painter.restore();
+  painter.drawPolygon(QPolygonF({{8, 8}, {12.5, 3.5}, {17.5, 8.5}, {13, 13}}));
+}
+
 void padlock(QPainter& painter, bool closed) {
   if (closed) painter.setBrush(painter.pen().color());
   painter.drawRoundedRect(QRectF(4.5, 9, 11, 8), 1.5, 1.5);
@@ -92,6 +111,12 @@ void draw(QPainter& painter, Symbol symbol) {
       return;
     case Symbol::Outside:
       marked_point(painter, theme::kOutside, true, false);
+      return;
+    case Symbol::Brush:
+      brush(painter);
+      return;
+    case Symbol::Eraser:
+      eraser(painter);
       return;
     case Symbol::Run:
       filled(painter, QPolygonF({{6, 4}, {16, 10}, {6, 16}}));

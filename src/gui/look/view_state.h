@@ -9,7 +9,8 @@
 
 namespace simplexseg {
 
-enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside };
+enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser };
+inline bool paints(Tool tool) { return tool == Tool::Brush || tool == Tool::Eraser; }
 
 /// State of the display, shared by all views. It is neither saved nor part of undo.
 struct ViewState {
@@ -18,6 +19,8 @@ struct ViewState {
   bool low_is_bright = false;      ///< inverted grey scale, as in MONOCHROME1 of DICOM
   Convention convention = Convention::Radiological;
   Tool tool = Tool::Crosshair;
+  double brush_mm = 1;              ///< radius of brush and eraser
+  bool brush_3d = false;            ///< ball instead of a disc in the slice
   bool window_level_armed = false;  ///< the next left drag sets window and level
   bool show_meshes = true;
   bool show_fill = false;   ///< fill of all meshes in the slices

@@ -16,11 +16,11 @@ namespace {
 constexpr double kHitRadius = 8;  // largest distance of a hit on a handle, stroke or contour, logical pixels
 
 /// Distance from a position to a point's handle or stroke, logical pixels; infinite if they are not visible.
-double distance_to(const SliceView& view, const UserPoint& point, const QPointF& pixel) {
+double distance_to(const Workbench& workbench, const SliceView& view, const UserPoint& point, const QPointF& pixel) {
   double nearest = handle_opacity(view.distance_to_slice_mm(point.position_mm)) > 0
                        ? pixel_length(view.pixel_of(point.position_mm) - pixel)
                        : std::numeric_limits<double>::infinity();
-  const std::vector<Eigen::Vector3f> lines = view.lines_in_slice(point);
+  const std::vector<Eigen::Vector3f> lines = lines_in_slice(workbench, view, point);
   for (std::size_t n = 0; n + 1 < lines.size(); n += 2)
     nearest = std::min(nearest, distance_to_segment(pixel, view.pixel_of(lines[n].cast<double>()),
                                                     view.pixel_of(lines[n + 1].cast<double>())));
@@ -41,8 +41,10 @@ double distance_to_segment(const QPointF& p, const QPointF& a, const QPointF& b)
 ItemId point_in_slice(const Workbench& workbench, const SliceView& view, const QPointF& pixel) {
   ItemId nearest = 0;
   double best = kHitRadius;
+  if (paints(workbench.view.tool)) return 0;
   for (const UserPoint& point : workbench.scene().points) {
-    const double distance = distance_to(view, point, pixel);
+    if (point.is_paint()) continue;
+    const double distance = distance_to(workbench, view, point, pixel);
     if (distance <= best) {
       best = distance;
       nearest = point.id;
@@ -75,6 +77,20 @@ ItemId mesh_in_slice(Workbench& workbench, const SliceView& view, const QPointF&
     if (inside) containing = surface.mesh;
   }
   return nearest ? nearest : containing;
+}
+
+std::vector<Eigen::Vector3f> lines_in_slice(const Workbench& workbench, const SliceView& view, const UserPoint& point) {
+  std::vector<Eigen::Vector3f> ends;
+  if (!point.is_stroke()) return ends;
+  const std::vector<Eigen::Vector3d> vertices = point.vertices_mm();
+  const double near_mm = std::max(point.radius_mm, 0.5 * workbench.session().volume().geometry().spacing_mm.maxCoeff());
+  for (std::size_t p = 1; p < vertices.size(); ++p) {
+    if (std::min(view.distance_to_slice_mm(vertices[p - 1]), view.distance_to_slice_mm(vertices[p])) > near_mm)
+      continue;
+    ends.push_back(vertices[p - 1].cast<float>());
+    ends.push_back(vertices[p].cast<float>());
+  }
+  return ends;
 }
 
 }  // namespace simplexseg

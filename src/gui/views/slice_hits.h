@@ -2,6 +2,7 @@
 // What lies under a position in a slice view.
 #pragma once
 #include <QPointF>
+#include <vector>
 
 #include "session/scene.h"
 
@@ -14,6 +15,9 @@ class Workbench;
 ItemId point_in_slice(const Workbench& workbench, const SliceView& view, const QPointF& pixel);
 /// Mesh with the nearest contour within 8 logical pixels, else a mesh that contains the position; 0 if there is none.
 ItemId mesh_in_slice(Workbench& workbench, const SliceView& view, const QPointF& pixel);
+
+/// Segments of a stroke near the slice, mm: start, end, start, end ...; none for a point.
+std::vector<Eigen::Vector3f> lines_in_slice(const Workbench& workbench, const SliceView& view, const UserPoint& point);
 
 double pixel_length(const QPointF& offset);
 /// Distance from `p` to the segment from `a` to `b`, logical pixels.

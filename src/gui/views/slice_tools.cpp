@@ -64,6 +64,10 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     drag_ = Drag::Grab;
     return;
   }
+  if (paints(view.tool) && *act == Act::MoveCrosshair) {
+    begin_paint(pixel);
+    return;
+  }
   switch (*act) {
     case Act::AddPoint:
       begin_point(pixel, MarkKind::Boundary);
@@ -116,6 +120,19 @@ void SliceTools::begin_stroke(const QPointF& pixel, MarkKind kind) {
   if (!require_active_mesh()) return;
   drag_ = Drag::Stroke;
   stroke_tool_.begin(kind, view_.world_of(pixel));
+}
+
+void SliceTools::begin_paint(const QPointF& pixel) {
+  const Eigen::Vector3d at_mm = view_.world_of(pixel);
+  if (!require_active_mesh() || !workbench_.session().volume().geometry().contains(at_mm)) return;
+  drag_ = Drag::Stroke;
+  stroke_tool_.begin_paint(workbench_.view.tool == Tool::Brush, at_mm, Eigen::Vector3d::Unit(view_.axes().normal));
+  view_.update();
+}
+
+std::optional<Eigen::Vector3d> SliceTools::brush_centre_mm() const {
+  if (!mouse_ || !paints(workbench_.view.tool) || !workbench_.has_volume()) return std::nullopt;
+  return view_.world_of(*mouse_);
 }
 
 void SliceTools::begin_point(const QPointF& pixel, MarkKind kind) {
@@ -180,6 +197,7 @@ void SliceTools::show_grab(bool grabs) {
 void SliceTools::hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
   show_grab(grabs_at(pixel, modifiers));
   update_hovered_point();
+  if (paints(workbench_.view.tool)) view_.update();
 }
 
 void SliceTools::update_hovered_point() {
@@ -274,8 +292,8 @@ void SliceTools::release(const QMouseEvent& event) {
 bool SliceTools::double_click(const QMouseEvent& event) {
   // With tools that place points or seeds, a double click acts as two clicks.
   const ViewState& view = workbench_.view;
-  const bool plain =
-      event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) && view.tool != Tool::Seed;
+  const bool plain = event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) &&
+                     !paints(view.tool) && view.tool != Tool::Seed;
   if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) {
     // Undoes the crosshair movement of the first click.
     if (const auto before = std::exchange(before_click_mm_, std::nullopt)) workbench_.set_crosshair(*before);
@@ -298,6 +316,10 @@ void SliceTools::wheel(const QWheelEvent& event) {
   const std::optional<Act> act = gesture(Where::Slices, Mouse::Wheel, event.modifiers());
   if (act == Act::WheelZoom) {
     view_.zoom_about(event.position(), std::exp(-degrees / 15 * 0.15));
+  } else if (act == Act::BrushSize) {
+    // Some desktops report a horizontal wheel while Shift is held.
+    const QPoint angle = event.angleDelta();
+    if (paints(workbench_.view.tool)) stroke_tool_.resize_brush((angle.y() != 0 ? angle.y() : angle.x()) / 120.0);
   } else if (act == Act::WheelSlice) {
     // A touchpad sends small angles, which are added up to notches of 15 degrees.
     wheel_degrees_ += degrees;
@@ -360,6 +382,7 @@ void SliceTools::move_crosshair(const Eigen::Vector3d& direction, int voxels) {
 
 void SliceTools::leave() {
   mouse_.reset();
+  if (paints(workbench_.view.tool)) view_.update();
   show_grab(false);
   if (!workbench_.view.hovered_point || drag_ != Drag::None) return;
   workbench_.view.hovered_point = 0;

@@ -39,6 +39,8 @@ class SliceTools {
   bool grabs() const { return grabs_; }
   /// Seed sphere while the user drags it; otherwise none.
   const std::optional<Seed>& seed() const { return seed_; }
+  /// Centre of the brush under the mouse, mm; none without a brush or outside the view.
+  std::optional<Eigen::Vector3d> brush_centre_mm() const;
   /// Stroke while the user draws it; otherwise none.
   const std::optional<UserPoint>& stroke() const { return stroke_tool_.stroke(); }
 
@@ -49,6 +51,7 @@ class SliceTools {
   bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
   void begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
   void begin_point(const QPointF& pixel, MarkKind kind);
+  void begin_paint(const QPointF& pixel);
   void begin_stroke(const QPointF& pixel, MarkKind kind);
   /// Returns true if a mesh is active; otherwise shows a message that a point needs one.
   bool require_active_mesh();

@@ -15,8 +15,11 @@
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
+#include "gui/views/paint_outline.h"
 #include "gui/views/point_wheel.h"
+#include "gui/views/slice_hits.h"
 #include "gui/workbench/workbench.h"
+#include "session/paint.h"
 
 namespace simplexseg {
 
@@ -178,8 +181,10 @@ void SliceView::paint() {
   if (outlines_) draw_outlines(projection);
   if (view.show_annotations) draw_crosshair(projection);
   draw_springs(projection);
+  draw_paint(projection);
   draw_points(projection);
   draw_seed(projection);
+  draw_brush(projection);
   if (view.show_annotations) draw_scale_bar(projection);
 }
 
@@ -231,30 +236,16 @@ void SliceView::draw_marks(const Projection& projection) {
   for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     const double off = distance_to_slice_mm(point.position_mm);
-    if (!item || point.kind == MarkKind::Boundary || off >= point.radius_mm) continue;
+    if (!item || point.is_paint() || point.kind == MarkKind::Boundary || off >= point.radius_mm) continue;
     const double radius_mm = std::sqrt(point.radius_mm * point.radius_mm - off * off);
     draw_circle(projection, point.position_mm, radius_mm, rgba_of(item->colour, 0.8f), 1.2f);
   }
 }
 
-std::vector<Eigen::Vector3f> SliceView::lines_in_slice(const UserPoint& point) const {
-  std::vector<Eigen::Vector3f> ends;
-  if (!point.is_stroke()) return ends;
-  const std::vector<Eigen::Vector3d> vertices = point.vertices_mm();
-  const double near_mm =
-      std::max(point.radius_mm, 0.5 * workbench_.session().volume().geometry().spacing_mm.maxCoeff());
-  for (std::size_t p = 1; p < vertices.size(); ++p) {
-    if (std::min(distance_to_slice_mm(vertices[p - 1]), distance_to_slice_mm(vertices[p])) > near_mm) continue;
-    ends.push_back(vertices[p - 1].cast<float>());
-    ends.push_back(vertices[p].cast<float>());
-  }
-  return ends;
-}
-
 void SliceView::draw_stroke(const Projection& projection, const UserPoint& stroke) {
   const MeshItem* item = workbench_.scene().find_mesh(stroke.mesh);
   if (!item) return;
-  const std::vector<Eigen::Vector3f> ends = lines_in_slice(stroke);
+  const std::vector<Eigen::Vector3f> ends = lines_in_slice(workbench_, *this, stroke);
   if (ends.empty()) return;
   const bool marked =
       stroke.id != 0 && (stroke.id == workbench_.view.selected_point || stroke.id == workbench_.view.hovered_point);
@@ -265,14 +256,16 @@ void SliceView::draw_stroke(const Projection& projection, const UserPoint& strok
 
 void SliceView::draw_points(const Projection& projection) {
   draw_marks(projection);
-  for (const UserPoint& point : workbench_.scene().points) draw_stroke(projection, point);
-  if (const std::optional<UserPoint>& stroke = tools_.stroke()) draw_stroke(projection, *stroke);
+  for (const UserPoint& point : workbench_.scene().points)
+    if (!point.is_paint()) draw_stroke(projection, point);
+  if (const std::optional<UserPoint>& stroke = tools_.stroke(); stroke && !stroke->is_paint())
+    draw_stroke(projection, *stroke);
   std::vector<DiscPainter::Disc> discs;
   const float ratio = static_cast<float>(devicePixelRatio());
   for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     const auto opacity = static_cast<float>(handle_opacity(distance_to_slice_mm(point.position_mm)));
-    if (!item || opacity <= 0) continue;
+    if (!item || opacity <= 0 || point.is_paint()) continue;
     const bool selected = point.id == workbench_.view.selected_point,
                hovered = point.id == workbench_.view.hovered_point;
     const Rgba rim = selected ? rgba_of(theme::kSelected, opacity) : Rgba(1, 1, 1, opacity);
@@ -295,6 +288,28 @@ void SliceView::draw_springs(const Projection& projection) {
     if (spring.point == workbench_.view.hovered_point && spring.reach_mm > 0)
       draw_circle(projection, spring.vertex_mm, spring.reach_mm, rgba_of(item->colour, 0.5f), 1.0f);
   }
+}
+
+void SliceView::draw_paint(const Projection& projection) {
+  const auto draw = [&](const PaintOutline& outline, float width) {
+    const float width_px = width * static_cast<float>(devicePixelRatio());
+    if (!outline.painted.empty()) line_painter_.draw(projection, outline.painted, rgba_of(theme::kInside), width_px);
+    if (!outline.erased.empty()) line_painter_.draw(projection, outline.erased, rgba_of(theme::kOutside), width_px);
+  };
+  const VolumeGeometry& geometry = workbench_.session().volume().geometry();
+  const SliceGrid grid = slice_grid(geometry, orientation_, workbench_.view.crosshair_mm);
+  const double spacing_mm = slice_spacing_mm(geometry)[axes().normal];
+  if (workbench_.view.show_meshes) draw(paint_layer_.in_slice(workbench_.scene(), grid, spacing_mm), 1.2f);
+  if (const std::optional<UserPoint>& stroke = tools_.stroke(); stroke && stroke->is_paint())
+    draw(outline_of({{paint_stroke_of(*stroke)}}, grid, spacing_mm), 2);
+}
+
+void SliceView::draw_brush(const Projection& projection) {
+  const std::optional<Eigen::Vector3d> centre_mm = tools_.brush_centre_mm();
+  if (!centre_mm) return;
+  const bool paints = workbench_.view.tool == Tool::Brush;
+  draw_circle(projection, *centre_mm, workbench_.view.brush_mm, rgba_of(paints ? theme::kInside : theme::kOutside),
+              1.6f);
 }
 
 double SliceView::scale_bar_mm() const {
@@ -378,6 +393,9 @@ void SliceView::annotate(std::vector<Label>& labels) const {
     note = point_text(workbench_, workbench_.view.hovered_point);
   } else if (tools_.seed()) {
     note = tr("radius %1").arg(text(length_text(tools_.seed()->radius_mm)));
+  } else if (tools_.brush_centre_mm()) {
+    note = tr(workbench_.view.brush_3d ? "ball, radius %1" : "disc, radius %1")
+               .arg(text(length_text(workbench_.view.brush_mm)));
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   } else if (const MeshItem* item = workbench_.active_mesh(); workbench_.view.show_field && !field_ && item) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gui/look/slice_geometry.h"
+#include "gui/views/paint_outline.h"
 #include "gui/views/slice_tools.h"
 #include "gui/views/view.h"
 
@@ -44,8 +45,6 @@ class SliceView : public View {
   Eigen::Vector3d world_of(const QPointF& pixel) const;
   QPointF pixel_of(const Eigen::Vector3d& world_mm) const;
   double mm_per_pixel() const { return mm_per_pixel_; }
-  /// Segments of a stroke near the slice, mm: start, end, start, end ...; none for a point.
-  std::vector<Eigen::Vector3f> lines_in_slice(const UserPoint& point) const;
   /// Segments of the active contour in the last image; none while meshes are hidden. Read back at most once per image.
   std::span<const OutlineSegment> active_outline();
   /// Sets the shape of the mouse pointer to the action that a press would start.
@@ -81,6 +80,8 @@ class SliceView : public View {
   void draw_scale_bar(const Projection& projection);
   void draw_marks(const Projection& projection);
   void draw_stroke(const Projection& projection, const UserPoint& stroke);
+  void draw_paint(const Projection& projection);
+  void draw_brush(const Projection& projection);
   /// `width`: line width, logical pixels.
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
                    float width);
@@ -100,6 +101,7 @@ class SliceView : public View {
   const SceneBuffers::Outlines* outlines_ = nullptr;
   const SceneBuffers::Field* field_ = nullptr;
   const PointSprings* springs_ = nullptr;
+  PaintLayer paint_layer_;
   std::optional<std::vector<OutlineSegment>> outline_;  ///< active contour; none if not read since the last image
   SlicePainter slice_painter_;
   FieldPainter field_painter_;

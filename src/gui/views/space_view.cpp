@@ -139,7 +139,7 @@ void SpaceView::draw_points(const Projection& projection) {
   std::vector<DiscPainter::Disc> discs;
   for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
-    if (!item) continue;
+    if (!item || point.is_paint()) continue;
     const bool selected = point.id == workbench_.view.selected_point,
                hovered = point.id == workbench_.view.hovered_point;
     const Rgba rim = selected ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);
@@ -347,6 +347,7 @@ ItemId SpaceView::point_at(const QPointF& pixel) const {
   const UserPoint* nearest = nullptr;
   double best = kHitRadius;
   for (const UserPoint& point : workbench_.scene().points) {
+    if (point.is_paint()) continue;
     const std::optional<QPointF> at = pixel_of(point.position_mm);
     const double distance = at ? std::hypot(at->x() - pixel.x(), at->y() - pixel.y()) : kHitRadius + 1;
     if (distance <= best) best = distance, nearest = &point;

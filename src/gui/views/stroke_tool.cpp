@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/views/stroke_tool.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "gui/workbench/workbench.h"
@@ -9,6 +11,23 @@ namespace simplexseg {
 
 void StrokeTool::begin(MarkKind kind, const Eigen::Vector3d& at_mm) {
   stroke_ = UserPoint{0, workbench_.view.active_mesh, at_mm, kind};
+}
+
+void StrokeTool::begin_paint(bool inside, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
+  const ViewState& view = workbench_.view;
+  begin(inside ? MarkKind::Inside : MarkKind::Outside, at_mm);
+  stroke_->radius_mm = view.brush_mm;
+  // The extent of a voxel along the normal: in a volume that is not axis-aligned, a disc then has no gaps.
+  const VolumeGeometry& geometry = workbench_.session().volume().geometry();
+  const double thickness_mm = (geometry.world_from_index().linear().transpose() * normal).cwiseAbs().sum();
+  stroke_->brush = view.brush_3d ? PaintBrush::ball() : PaintBrush::disc(normal, thickness_mm);
+}
+
+void StrokeTool::resize_brush(double notches) {
+  constexpr double kStep = 1.15, kMostMm = 200;
+  const double least_mm = 0.5 * workbench_.session().volume().geometry().spacing_mm.minCoeff();
+  workbench_.view.brush_mm = std::clamp(workbench_.view.brush_mm * std::pow(kStep, notches), least_mm, kMostMm);
+  workbench_.view_edited();
 }
 
 void StrokeTool::extend(const Eigen::Vector3d& at_mm) {
@@ -22,7 +41,8 @@ void StrokeTool::extend(const Eigen::Vector3d& at_mm) {
 void StrokeTool::finish() {
   const std::optional<UserPoint> stroke = std::exchange(stroke_, std::nullopt);
   if (!stroke) return;
-  workbench_.apply(AddPoint{stroke->mesh, stroke->position_mm, stroke->kind, 0, {0, 0, 0}, stroke->path_mm});
+  workbench_.apply(AddPoint{
+      stroke->mesh, stroke->position_mm, stroke->kind, stroke->radius_mm, {0, 0, 0}, stroke->path_mm, stroke->brush});
 }
 
 }  // namespace simplexseg

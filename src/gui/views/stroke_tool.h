@@ -8,18 +8,22 @@ namespace simplexseg {
 
 class Workbench;
 
-/// Drag that draws a stroke for the active mesh: an inside or outside point if the mouse does not move, else a stroke.
+/// Drag that draws a stroke for the active mesh: paint, or a mark, which is a point if the mouse does not move.
 class StrokeTool {
  public:
   explicit StrokeTool(Workbench& workbench) : workbench_(workbench) {}
 
   void begin(MarkKind kind, const Eigen::Vector3d& at_mm);
+  /// Begins paint or erasure in a slice with this unit normal, with the brush of the view state.
+  void begin_paint(bool inside, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal);
   /// Adds a vertex, unless it is nearer than half a voxel to the last one or outside the image.
   void extend(const Eigen::Vector3d& at_mm);
   /// Adds the stroke to the scene; a failure becomes a message.
   void finish();
-  /// Stroke while the user draws it; otherwise none. Its radius is unknown.
+  /// Stroke while the user draws it; otherwise none. The radius of a mark is unknown.
   const std::optional<UserPoint>& stroke() const { return stroke_; }
+  /// Changes the radius of the brush by a number of notches of the wheel, or parts of one.
+  void resize_brush(double notches);
 
  private:
   Workbench& workbench_;

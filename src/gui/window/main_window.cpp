@@ -159,6 +159,7 @@ void MainWindow::build_menus() {
                      {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere, Act::PointHere, Act::DeletePoint}});
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
+                      {Act::ToolBrush, Act::ToolEraser, Act::Brush3d},
                       {Act::WindowLevel}});
   fill(tr("Se&gmentation"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
                              {Act::MeshFromLabels, Act::MeshFromFile},
@@ -215,7 +216,9 @@ void MainWindow::build_toolbar() {
        {Act::ToolSeed, Symbol::Seed, tr("Seed")},
        {Act::ToolPoint, Symbol::Boundary, tr("Boundary")},
        {Act::ToolInside, Symbol::Inside, tr("Inside")},
-       {Act::ToolOutside, Symbol::Outside, tr("Outside")}});
+       {Act::ToolOutside, Symbol::Outside, tr("Outside")},
+       {Act::ToolBrush, Symbol::Brush, tr("Paint")},
+       {Act::ToolEraser, Symbol::Eraser, tr("Erase")}});
   auto* group = new QActionGroup(this);
   for (QAction* tool : bar->actions()) group->addAction(tool);
   bar->addSeparator();

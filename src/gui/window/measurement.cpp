@@ -85,6 +85,46 @@ std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
   return at_start;
 }
 
+/// Paints strokes of about a second along the border of the first mesh in the axial slice until `end_s`. Returns the
+/// number of strokes.
+int paint_strokes(MainWindow& window, double end_s) {
+  constexpr int kMovesPerStroke = 30;
+  constexpr double kStepRadians = 0.03;
+  Workbench& bench = window.workbench();
+  SliceView& view = window.views().slice(0);
+  const Seed seed = bench.scene().meshes.front().seed;
+  const auto place = [&](int n) {
+    const double angle = kStepRadians * n;
+    return view.pixel_of(bench.view.crosshair_mm +
+                         seed.radius_mm * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
+  };
+  bench.set_active_mesh(bench.scene().meshes.front().id);
+  bench.set_crosshair(seed.centre_mm);
+  bench.view.tool = Tool::Brush;
+  bench.view_edited();
+  int strokes = 0;
+  double due_s = FrameStatistics::now_s();
+  for (int n = 0; due_s < end_s; ++n) {
+    due_s += 0.026 + 0.008 * std::fmod(n * 0.618, 1.0);
+    if (due_s > FrameStatistics::now_s()) wait_until_s(due_s);
+    const int move = n % kMovesPerStroke;
+    if (move == 0) {
+      post_mouse(view, QEvent::MouseButtonPress, place(n), Qt::LeftButton, Qt::LeftButton);
+    } else if (move + 1 < kMovesPerStroke) {
+      window.loop().expect_move(due_s);
+      post_mouse(view, QEvent::MouseMove, place(n), Qt::NoButton, Qt::LeftButton);
+    } else {
+      post_mouse(view, QEvent::MouseButtonRelease, place(n), Qt::LeftButton, Qt::NoButton);
+      ++strokes;
+    }
+    QCoreApplication::sendPostedEvents(&view);
+  }
+  post_mouse(view, QEvent::MouseButtonRelease, place(0), Qt::LeftButton, Qt::NoButton);
+  wait_until_s(FrameStatistics::now_s());
+  bench.view.tool = Tool::Crosshair;
+  return strokes;
+}
+
 QJsonObject distribution_ms(const std::vector<double>& seconds) {
   return {{"median", 1e3 * percentile(seconds, 0.5)},
           {"p99", 1e3 * percentile(seconds, 0.99)},
@@ -183,6 +223,12 @@ QByteArray measure(MainWindow& window, double seconds) {
   const Part waiting = measure_part(window, kSettledS, std::nullopt);
   const Part correcting = measure_part(window, seconds / 3, point);
 
+  wait_until_settled(window);
+  FrameStatistics& statistics = window.loop().statistics();
+  statistics.start_recording();
+  const int strokes = paint_strokes(window, FrameStatistics::now_s() + seconds / 3);
+  const FrameStatistics::Record painting = statistics.stop_recording();
+
   QJsonObject json = describe(joined(simulating.frames, dragging.frames));
   qint64 vertices = 0;
   for (const MeshItem& item : bench.scene().meshes) vertices += item.mesh.vertex_count();
@@ -200,6 +246,9 @@ QByteArray measure(MainWindow& window, double seconds) {
   last["settled_before"] = settled;
   last["bytes_read_back_before"] = static_cast<qint64>(waiting.bytes);
   json["correcting"] = last;
+  last = describe(painting);
+  last["strokes"] = strokes;
+  json["painting"] = last;
   return QJsonDocument(json).toJson(QJsonDocument::Indented);
 }
 

@@ -13,8 +13,8 @@ class MainWindow;
 /// - dragging: in addition, a boundary point is dragged in the axial view by mouse events, about every 30 ms, through
 ///   the event loop.
 /// - correcting: meshes that settle sleep, as for a user. Once all have settled, or after a minute, the point is
-/// dragged
-///   again.
+///   dragged again.
+/// - painting: like correcting, with strokes of paint of about a second each.
 /// A latency is measured from the time at which the event was due, so it includes the time in the queue. Throws Error
 /// if there is no mesh.
 QByteArray measure(MainWindow& window, double seconds);

@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}, {Act::ToolZoomPan, Tool::ZoomPan},
                                            {Act::ToolPoint, Tool::Point},         {Act::ToolSeed, Tool::Seed},
-                                           {Act::ToolInside, Tool::Inside},       {Act::ToolOutside, Tool::Outside}};
+                                           {Act::ToolInside, Tool::Inside},       {Act::ToolOutside, Tool::Outside},
+                                           {Act::ToolBrush, Tool::Brush},         {Act::ToolEraser, Tool::Eraser}};
 
 /// Sets a text such as "Undo add point", or "Undo" if `title` is empty.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
@@ -38,8 +39,8 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   connect_simulation();
   connect_view();
   // A key that is held must not toggle a mode or copy a mesh repeatedly.
-  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes,
-                        Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
+  for (const Act act : {Act::WindowLevel, Act::Brush3d, Act::RunPause, Act::LockMesh, Act::DuplicateMesh,
+                        Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
@@ -119,6 +120,7 @@ void WorkbenchActions::connect_view() {
   connect_toggle(Act::Annotations, &ViewState::show_annotations);
   connect_toggle(Act::Names, &ViewState::show_names);
   connect_toggle(Act::Slices3d, &ViewState::show_slices_3d);
+  connect_toggle(Act::Brush3d, &ViewState::brush_3d);
   connect_toggle(Act::WindowLevel, &ViewState::window_level_armed);
   actions_.on_toggle(Act::Neurological, [this](bool checked) {
     workbench_.view.convention = checked ? Convention::Neurological : Convention::Radiological;
@@ -189,7 +191,8 @@ void WorkbenchActions::refresh() {
   for (const Act act : {Act::ToolSeed, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
-  for (const Act act : {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ShowField})
+  for (const Act act :
+       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser, Act::ShowField})
     set_enabled(actions_[act], meshes, no_mesh);
 }
 

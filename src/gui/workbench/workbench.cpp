@@ -75,6 +75,9 @@ Advance Workbench::end_advance() {
   return report([&] { return done; });
 }
 
+/// Radius of the brush when a volume is opened, voxels.
+static constexpr double kBrushVoxels = 4;
+
 void Workbench::open(Scene scene, Volume volume, References references, UndoHistory history) {
   idle_session().open(std::move(scene), std::move(volume), std::move(history));
   concurrent_.reset();  // the result belongs to the previous scene
@@ -97,6 +100,7 @@ void Workbench::open(Scene scene, Volume volume, References references, UndoHist
   if (has_volume()) {
     const VolumeGeometry& geometry = idle_session().volume().geometry();
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
+    view.brush_mm = kBrushVoxels * geometry.spacing_mm.minCoeff();
     set_automatic_contrast();
     if (this->scene().view) apply_view(*this->scene().view);
   }

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brush and eraser: tests send events and check the session and the picture.
+#include <QAction>
+#include <QTreeWidget>
+#include <QWheelEvent>
+
+#include "gui/look/theme.h"
+#include "gui/panels/point_panel.h"
+#include "gui/views/paint_outline.h"
+#include "image/rasterise.h"
+#include "session/label_map.h"
+#include "session/paint.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class PaintTest : public PausedPhantomTest {
+ protected:
+  QPointF pixel(double x_mm, double y_mm) {
+    return axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(x_mm, y_mm, 0));
+  }
+  void press(Act act) { window_->actions()[act]->trigger(); }
+  void wheel(const QPointF& at, int notches, Qt::KeyboardModifiers modifiers) {
+    QWheelEvent event(at, axial().mapToGlobal(at), {}, {0, 120 * notches}, Qt::NoButton, modifiers, Qt::NoScrollPhase,
+                      false);
+    QApplication::sendEvent(&axial(), &event);
+  }
+  int label_at(const Eigen::Vector3d& offset_mm) {
+    const Volume& volume = bench().session().volume();
+    const LabelMap map = make_label_map(scene(), volume.geometry());
+    const Eigen::Vector3d v = volume.geometry().index_from_world() * (bench().view.crosshair_mm + offset_mm);
+    return map.labels.voxels<std::uint8_t>()[volume.offset(
+        static_cast<int>(std::lround(v[0])), static_cast<int>(std::lround(v[1])), static_cast<int>(std::lround(v[2])))];
+  }
+  int count_pixels(const QColor& colour) {
+    const QImage picture = axial().grabFramebuffer();
+    int count = 0;
+    for (int y = 0; y < picture.height(); ++y)
+      for (int x = 0; x < picture.width(); ++x) count += picture.pixelColor(x, y) == colour;
+    return count;
+  }
+};
+
+TEST_F(PaintTest, ADragPaintsVoxelsAndTheEraserRemovesThem) {
+  press(Act::ToolBrush);
+  EXPECT_TRUE(window_->actions()[Act::ToolBrush]->isChecked());
+  EXPECT_EQ(label_at({24, 20, 0}), 0);
+  drag(axial(), pixel(20, 20), pixel(26, 20));
+  ASSERT_EQ(scene().points.size(), 1u);
+  EXPECT_TRUE(scene().points[0].is_paint());
+  EXPECT_EQ(bench().session().undo_title(), std::string("paint"));
+  EXPECT_EQ(label_at({24, 20, 0}), 1);
+  EXPECT_EQ(label_at({24, 20, 2}), 0) << "a disc paints one slice";
+  press(Act::ToolEraser);
+  drag(axial(), pixel(24, 20), pixel(24, 20));
+  EXPECT_EQ(label_at({24, 20, 0}), 0);
+  EXPECT_EQ(label_at({18, 20, 0}), 1);
+  EXPECT_EQ(bench().session().undo_title(), std::string("erase"));
+  press(Act::Undo);
+  EXPECT_EQ(label_at({24, 20, 0}), 1);
+  press(Act::Undo);
+  EXPECT_EQ(label_at({24, 20, 0}), 0);
+}
+
+TEST_F(PaintTest, TheBrushIsABallInThreeDimensions) {
+  press(Act::ToolBrush);
+  press(Act::Brush3d);
+  EXPECT_TRUE(bench().view.brush_3d);
+  drag(axial(), pixel(24, 20), pixel(24, 20));
+  EXPECT_EQ(label_at({24, 20, 2}), 1);
+  EXPECT_EQ(label_at({24, 20, -2}), 1);
+}
+
+TEST_F(PaintTest, ShiftAndTheWheelChangeItsSize) {
+  press(Act::ToolBrush);
+  const double before = bench().view.brush_mm, slice = bench().view.crosshair_mm.z();
+  wheel(pixel(5, 5), 3, Qt::ShiftModifier);
+  EXPECT_GT(bench().view.brush_mm, 1.3 * before);
+  wheel(pixel(5, 5), -3, Qt::ShiftModifier);
+  EXPECT_NEAR(bench().view.brush_mm, before, 0.3 * before);
+  EXPECT_EQ(bench().view.crosshair_mm.z(), slice);
+  wheel(pixel(5, 5), 1, Qt::NoModifier);
+  EXPECT_NE(bench().view.crosshair_mm.z(), slice) << "the wheel alone changes the slice";
+  for (int n = 0; n < 100; ++n) wheel(pixel(5, 5), -1, Qt::ShiftModifier);
+  EXPECT_GE(bench().view.brush_mm, 0.4 * bench().session().volume().geometry().spacing_mm.minCoeff());
+}
+
+TEST_F(PaintTest, IsOutlinedInItsSliceAndListed) {
+  press(Act::ToolBrush);
+  const int none = count_pixels(theme::kInside);
+  drag(axial(), pixel(14, 20), pixel(26, 20));
+  mouse(axial(), QEvent::MouseMove, pixel(-25, -25), Qt::NoButton, Qt::NoButton);
+  EXPECT_GT(count_pixels(theme::kInside), none + 60);
+  const auto* list = window_->findChild<PointPanel*>()->findChild<QTreeWidget*>();
+  ASSERT_EQ(list->topLevelItemCount(), 1);
+  EXPECT_EQ(list->topLevelItem(0)->text(1), "Paint");
+  const int painted = count_pixels(theme::kInside);
+  bench().set_crosshair(bench().view.crosshair_mm + Eigen::Vector3d(0, 0, 3));
+  EXPECT_LT(count_pixels(theme::kInside), painted - 60) << "only the brush remains";
+}
+
+TEST_F(PaintTest, NeedsASegmentation) {
+  bench().apply(DeleteMesh{scene().meshes[0].id});
+  EXPECT_FALSE(window_->actions()[Act::ToolBrush]->isEnabled());
+  bench().view.tool = Tool::Brush;
+  drag(axial(), pixel(4, 4), pixel(9, 4));
+  EXPECT_TRUE(scene().points.empty());
+}
+
+TEST_F(PaintTest, OfALockedSegmentationIsRefused) {
+  bench().apply(EditMesh{scene().meshes[0].id, {}, {}, {}, {}, true});
+  press(Act::ToolBrush);
+  drag(axial(), pixel(4, 4), pixel(9, 4));
+  EXPECT_TRUE(scene().points.empty());
+}
+
+TEST(PaintOutline, SurroundsTexelsAndDistinguishesErasedOnes) {
+  SliceGrid slice;
+  slice.width = 20, slice.height = 10;
+  const std::vector<PaintStroke> strokes{
+      {true, {{5, 5, 0}}, 0.1}, {true, {{6, 5, 0}}, 0.1}, {false, {{12, 5, 0}}, 0.1}};
+  const PaintOutline outline = outline_of(strokes, slice, 1);
+  EXPECT_EQ(outline.painted.size(), 12u) << "six sides of two texels";
+  EXPECT_EQ(outline.erased.size(), 8u);
+  for (const Eigen::Vector3f& end : outline.painted) {
+    EXPECT_TRUE(end.x() == 4.5f || end.x() == 5.5f || end.x() == 6.5f) << end.transpose();
+    EXPECT_TRUE(end.y() == 4.5f || end.y() == 5.5f) << end.transpose();
+  }
+  EXPECT_TRUE(outline_of(strokes, {{0, 0, 50}, {1, 0, 0}, {0, 1, 0}, 20, 10}, 1).painted.empty());
+}
+
+}  // namespace
+}  // namespace simplexseg
