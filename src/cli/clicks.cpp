@@ -87,10 +87,14 @@ EvidenceSettings settings_without(const std::vector<std::string>& names) {
   return settings;
 }
 
+/// Whether a robot corrects the field, without a mesh.
+bool corrects_field(const std::string& robot) { return robot == "mark" || robot == "stroke" || robot == "box"; }
+
 /// Throws Error for an option that the chosen robot does not use.
 void check_robot_options(const ClicksOptions& options) {
-  if ((options.robot == "mark" || options.robot == "stroke") && !options.settings_of_mesh.empty())
-    throw Error("--set", "the robot 'mark' corrects the field and has no mesh", "omit --set, or choose --robot mesh");
+  if (corrects_field(options.robot) && !options.settings_of_mesh.empty())
+    throw Error("--set", "the robot '" + options.robot + "' corrects the field and has no mesh",
+                "omit --set, or choose --robot mesh");
   if (options.robot == "none" && !(options.without.empty() && options.network.empty()))
     throw Error(options.without.empty() ? "--network" : "--without",
                 "the robot 'none' corrects a mesh that has no field", "omit this option, or choose --robot mesh");
@@ -269,6 +273,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
     reference_mask(labels, label, image.geometry(), options.labels, options.image);
   print_warnings(labels.labels({.label = label_values.back()}).warnings, console);
   RobotSettings robot = options.settings;
+  robot.starts_with_box = options.robot == "box";
   if (options.robot == "stroke") robot.click_kind = RobotClickKind::Strokes;
   if (options.robot == "mixed") robot.click_kind = RobotClickKind::Mixed;
   if (options.robot == "grab") robot.click_kind = RobotClickKind::Grabs;
@@ -284,7 +289,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
       std::unique_ptr<ClickSubject> subject;
-      if (options.robot == "mark" || options.robot == "stroke")
+      if (corrects_field(options.robot))
         subject = std::make_unique<FieldWithoutMesh>(image, run, settings, engine_for(options.backend, threads).fields);
       else
         subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings,
@@ -351,7 +356,7 @@ void add_clicks(const Subcommand& app, Action& action) {
          "and "
          "outside marks; mesh: mesh, inside and outside marks; point: mesh, boundary points; grab: mesh, drags of the "
          "surface; mixed: mesh, marks and drags; none: mesh without a field, boundary points")
-      .one_of({"mark", "stroke", "mesh", "point", "grab", "mixed", "none"})
+      .one_of({"mark", "stroke", "box", "mesh", "point", "grab", "mixed", "none"})
       .show_default();
   sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, as a multiple of the correct radius")
       .within(0.05, 3.0)

@@ -130,7 +130,7 @@ BandTerms EvidenceField::band_terms() const {
   BandTerms terms;
   double sum = 0, count = kHalfOffsetCorrections;
   for (std::size_t m = 0; m < marks_.size(); ++m)
-    if (!marks_[m].continues) sum += corrections_[m].sign, count += std::abs(corrections_[m].sign);
+    if (marks_[m].link != MarkLink::Stroke) sum += corrections_[m].sign, count += std::abs(corrections_[m].sign);
   terms.offset_log_odds = settings_.band_offset * sum / count;
   if (!solver_->has_previous() || !settings_.memory) return terms;
   if (settings_.temporal_weight == 0 && settings_.shift_weight == 0) return terms;

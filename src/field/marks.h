@@ -12,12 +12,19 @@ enum class MarkKind : std::uint8_t {
   Boundary,  ///< point of the surface: an inside ball on one side and an outside ball on the other
 };
 
+/// Relation of a mark to the one before it.
+enum class MarkLink : std::uint8_t {
+  None,    ///< a prompt of its own
+  Update,  ///< a prompt of its own that is applied in the same update, such as a stroke of a box
+  Stroke,  ///< part of the same stroke
+};
+
 struct Mark {
   MarkKind kind = MarkKind::Inside;
   Eigen::Vector3d position_mm{0, 0, 0};  ///< patient frame (LPS)
   double radius_mm = 0;                  ///< > 0; the nearest voxel is marked whatever the radius
   Eigen::Vector3d outward{0, 0, 0};      ///< boundary marks only: direction out of the object, any length > 0
-  bool continues = false;                ///< whether it belongs to the same stroke as the mark before it
+  MarkLink link = MarkLink::None;
 
   bool operator==(const Mark&) const = default;
 };

@@ -17,6 +17,7 @@ namespace {
 constexpr double kLeastDepth = 0.5;      // of the depth of a voxel on the path, relative to the largest in the slice
 constexpr double kJitterVoxels = 0.5;    // largest deviation of the hand, voxels
 constexpr int kJitterStep = 3;           // distance of the points at which the hand deviates, voxels of the path
+constexpr double kBoxNoiseVoxels = 1;    // largest deviation of the side of a box, voxels
 constexpr double kLateStopVoxels = 1.5;  // largest length by which the hand stops too late, voxels
 
 /// Voxels of an error in a slice, with their depth.
@@ -56,6 +57,25 @@ class ErrorInSlice {
       path.push_back(place(at));
       if (at == first) return path;
     }
+  }
+
+  /// First and last voxel of the error along both axes of the slice.
+  std::array<std::array<int, 2>, 2> bounds() const {
+    std::array<std::array<int, 2>, 2> bounds{{{size_a(), -1}, {size_b(), -1}}};
+    for (const std::size_t at : voxels_) {
+      const int index[2]{static_cast<int>(at) % size_a(), static_cast<int>(at) / size_a()};
+      for (int x = 0; x < 2; ++x) {
+        bounds[x][0] = std::min(bounds[x][0], index[x]);
+        bounds[x][1] = std::max(bounds[x][1], index[x]);
+      }
+    }
+    return bounds;
+  }
+  /// Place of fractional indices of the slice, mm.
+  Eigen::Vector3d place(double a, double b) const {
+    Eigen::Vector3d index(fixed_[0], fixed_[1], fixed_[2]);
+    index[a_] = a, index[b_] = b;
+    return geometry_.world_from_index() * index;
   }
 
   /// Unit vectors of the slice, mm per voxel.
@@ -143,21 +163,39 @@ class ErrorInSlice {
   std::vector<std::size_t> before_;  // of the last farthest()
 };
 
-/// Uniform number between -1 and 1, the same with every standard library.
-double noise(std::mt19937& generator) { return 2 * (generator() / 4294967295.0) - 1; }
-
-}  // namespace
-
-std::vector<Eigen::Vector3d> stroke_in_error(const Mask& truth, const Mask& now, const WorstError& error, int stroke) {
-  if (!truth.geometry.same_grid(now.geometry))
-    throw Error("the robot cannot compare", "reference and result have different grids", "resample one onto the other");
+/// Slice through the deepest voxel of an error that shows most of it.
+ErrorInSlice largest_slice(const Mask& truth, const Mask& now, const WorstError& error) {
   std::optional<ErrorInSlice> slice;
   for (int axis = 2; axis >= 0; --axis) {
     ErrorInSlice other(truth, now, error, axis);
     if (!slice || other.area_mm2() > slice->area_mm2()) slice.emplace(std::move(other));
   }
-  const std::vector<Eigen::Vector3d> middle = slice->middle();
-  const Eigen::Matrix<double, 3, 2> axes = slice->axes();
+  return *std::move(slice);
+}
+
+/// Uniform number between -1 and 1, the same with every standard library.
+double noise(std::mt19937& generator) { return 2 * (generator() / 4294967295.0) - 1; }
+
+}  // namespace
+
+BoxCorners box_around_object(const Mask& object, const WorstError& deepest) {
+  const Mask nothing{object.geometry, std::vector<std::uint8_t>(object.voxels.size())};
+  const ErrorInSlice slice = largest_slice(object, nothing, deepest);
+  std::mt19937 generator(0);
+  double side[2][2];
+  for (int x = 0; x < 2; ++x)
+    for (int end = 0; end < 2; ++end)
+      side[x][end] = slice.bounds()[x][end] + (end == 0 ? -0.5 : 0.5) + kBoxNoiseVoxels * noise(generator);
+  return {slice.place(side[0][0], side[1][0]), slice.place(side[0][1], side[1][0]), slice.place(side[0][1], side[1][1]),
+          slice.place(side[0][0], side[1][1])};
+}
+
+std::vector<Eigen::Vector3d> stroke_in_error(const Mask& truth, const Mask& now, const WorstError& error, int stroke) {
+  if (!truth.geometry.same_grid(now.geometry))
+    throw Error("the robot cannot compare", "reference and result have different grids", "resample one onto the other");
+  ErrorInSlice slice = largest_slice(truth, now, error);
+  const std::vector<Eigen::Vector3d> middle = slice.middle();
+  const Eigen::Matrix<double, 3, 2> axes = slice.axes();
   std::mt19937 generator(static_cast<std::uint32_t>(stroke));
   std::vector<Eigen::Vector3d> path;
   for (std::size_t p = 0; p < middle.size(); p += kJitterStep) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "field/box_prompt.h"
 #include "field/robot_user.h"
 
 namespace simplexseg {
@@ -12,5 +13,9 @@ namespace simplexseg {
 /// along the middle of the error, from one end to the other, with the noise of a hand. `stroke`: number of the stroke;
 /// equal numbers have equal noise. Rule: docs/clicks.md. Throws Error if the grids differ.
 std::vector<Eigen::Vector3d> stroke_in_error(const Mask& truth, const Mask& now, const WorstError& error, int stroke);
+
+/// Corners, in order, of the rectangle that a user draws around an object in the slice through its deepest voxel that
+/// shows most of it, with the noise of a hand. Rule: docs/clicks.md.
+BoxCorners box_around_object(const Mask& object, const WorstError& deepest);
 
 }  // namespace simplexseg

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "field/box_prompt.h"
 #include "field/robot_stroke.h"
 #include "field/stroke.h"
 #include "image/distance_map.h"
@@ -171,6 +172,7 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
        place(deepest->voxel) + Eigen::Vector3d::Ones().normalized() * settings.seed_offset * radius_mm,
        settings.seed_scale * radius_mm,
        {0, 0, 0}}};
+  if (settings.starts_with_box) marks = prompt_of_box(box_around_object(part, *deepest), truth.geometry).marks();
   std::vector<RobotClick> clicks;
   std::optional<WorstError> error;  // corrected by the last mark
   Mask before;

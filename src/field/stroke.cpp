@@ -29,13 +29,13 @@ std::vector<Mark> marks_of_stroke(MarkKind kind, std::span<const Eigen::Vector3d
       }
       before_segment_mm += segment_mm;
     }
-    marks.push_back({kind, position_mm, radius_mm, {0, 0, 0}, b > 0});
+    marks.push_back({kind, position_mm, radius_mm, {0, 0, 0}, b > 0 ? MarkLink::Stroke : MarkLink::None});
   }
   return marks;
 }
 
 int prompt_count(std::span<const Mark> marks) {
-  return static_cast<int>(std::ranges::count(marks, false, &Mark::continues));
+  return static_cast<int>(std::ranges::count_if(marks, [](const Mark& mark) { return mark.link != MarkLink::Stroke; }));
 }
 
 int prompt_ball_count(std::span<const Mark> marks) {

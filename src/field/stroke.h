@@ -10,7 +10,7 @@
 namespace simplexseg {
 
 /// Marks of a stroke: balls along its path, with a distance of at most one radius. All but the first have
-/// Mark::continues. `path_mm`: polyline with at least one point; `radius_mm` > 0.
+/// MarkLink::Stroke. `path_mm`: polyline with at least one point; `radius_mm` > 0.
 std::vector<Mark> marks_of_stroke(MarkKind kind, std::span<const Eigen::Vector3d> path_mm, double radius_mm);
 
 /// Number of prompts: marks, where a stroke counts once.

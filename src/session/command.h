@@ -18,6 +18,9 @@ struct AddMesh {
   std::optional<Colour> colour;  ///< none: the first unused colour of the palette
   ItemId like = 0;
   std::optional<MeshStart> start{};  ///< must contain a mesh; `seed` then lies inside that mesh
+  /// Corners of a box (field/box_prompt.h) instead of a seed: the mesh gets the seed and the strokes of
+  /// prompt_of_box(). Four, or none.
+  std::vector<Eigen::Vector3d> box_mm{};
 };
 struct DeleteMesh {
   ItemId mesh;

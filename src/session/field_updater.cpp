@@ -28,7 +28,7 @@ constexpr std::size_t kIncrementalPrompts = 8;
 std::vector<std::size_t> ends_of_updates(const std::vector<Mark>& marks, bool first) {
   std::vector<std::size_t> ends;
   for (std::size_t m = 1; first && m < marks.size(); ++m)
-    if (!marks[m].continues) ends.push_back(m);
+    if (marks[m].link == MarkLink::None) ends.push_back(m);
   if (ends.size() > kIncrementalPrompts)
     ends.erase(ends.begin(), ends.end() - static_cast<std::ptrdiff_t>(kIncrementalPrompts));
   ends.push_back(marks.size());

@@ -26,6 +26,7 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
     }
     const double radius_mm = point.radius_mm > 0 ? point.radius_mm : min_radius_mm;
     std::vector<Mark> stroke = marks_of_stroke(point.kind, point.vertices_mm(), radius_mm);
+    if (point.continues) stroke[0].link = MarkLink::Update;
     std::erase_if(stroke, [&](const Mark& mark) { return !volume.geometry().contains(mark.position_mm); });
     marks.insert(marks.end(), stroke.begin(), stroke.end());
   }

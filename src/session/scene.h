@@ -105,6 +105,9 @@ struct UserPoint {
   /// (session/paint.h).
   PaintBrush brush{};
 
+  /// Whether it is applied in the same update as the point, or else the seed, before it, like the strokes of a box.
+  bool continues = false;
+
   bool is_paint() const { return brush.paints(); }
   bool is_stroke() const { return !path_mm.empty(); }
   /// All vertices of the path; one for a point.

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/expect.h"
 #include "core/number_text.h"
+#include "field/box_prompt.h"
 #include "forces/force_list.h"
 #include "session/free_attributes.h"
 #include "session/mesh_lifecycle.h"
@@ -14,6 +15,15 @@
 
 namespace simplexseg {
 namespace {
+
+/// Prompts of the box of AddMesh.
+BoxPrompt prompt_of(const std::vector<Eigen::Vector3d>& corners_mm, const Volume& volume) {
+  BoxCorners corners;
+  if (corners_mm.size() != corners.size()) throw Error("the box", "it does not have four corners", "give four");
+  if (volume.empty()) throw Error("the box", "there is no volume", "open a volume first");
+  std::copy(corners_mm.begin(), corners_mm.end(), corners.begin());
+  return prompt_of_box(corners, volume.geometry());
+}
 
 void refuse_locked(const MeshItem& item) {
   if (item.locked) throw Error("segmentation '" + item.name + "'", "it is locked", "unlock it first");
@@ -29,6 +39,11 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   if (scene_.find_mesh(item.name))
     throw Error("segmentation '" + item.name + "'", "another one has that name", "choose another name");
   item.seed = command.seed;
+  std::optional<BoxPrompt> box;
+  if (!command.box_mm.empty()) {
+    box = prompt_of(command.box_mm, volume_);
+    item.seed = {box->seed.position_mm, box->seed.radius_mm};
+  }
   if (command.start && !command.start->mesh)
     throw Error("segmentation '" + item.name + "'", "its labels or mesh were not read", "read them first");
   item.start = command.start;
@@ -39,7 +54,21 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   item.parameters = like ? like->parameters : scene_.forces;
   restart(item, scene_.simulation, volume_);
   scene_.meshes.push_back(std::move(item));
-  return {EngineUpdate::Meshes, scene_.meshes.back().id};
+  const ItemId added = scene_.meshes.back().id;
+  if (box) add_strokes(*box, added);
+  return {EngineUpdate::Meshes, added};
+}
+
+void SceneEditor::add_strokes(const BoxPrompt& box, ItemId mesh) {
+  const auto add = [&](MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm, double radius_mm) {
+    UserPoint point{next_id_++, mesh, path_mm.front(), kind, radius_mm};
+    for (std::size_t p = 1; p < path_mm.size(); ++p) point.path_mm.emplace_back(path_mm[p] - path_mm.front());
+    point.continues = true;
+    scene_.points.push_back(std::move(point));
+  };
+  if (!box.inside_path_mm.empty()) add(MarkKind::Inside, box.inside_path_mm, box.seed.radius_mm);
+  for (const std::vector<Eigen::Vector3d>& path_mm : box.outside_paths_mm)
+    add(MarkKind::Outside, path_mm, box.outside_radius_mm);
 }
 
 SceneChange SceneEditor::execute(const DeleteMesh& command) {

@@ -8,6 +8,7 @@
 namespace simplexseg {
 
 class Volume;
+struct BoxPrompt;
 
 /// Part of the engine that must be updated after a change of the scene. Meshes includes parameters and points.
 enum class EngineUpdate { Nothing, Points, Parameters, Meshes };
@@ -51,7 +52,9 @@ class SceneEditor {
   /// or unknown mesh.
   std::vector<MeshItem*> movable_items_of(ItemId mesh);
   std::vector<MeshItem*> items_of(ItemId mesh);  ///< given mesh, 0: all meshes; throws Error for an unknown mesh
-  UserPoint& point_of(ItemId point);             ///< point with this id; throws Error for an unknown point
+  /// Adds the strokes of a box to a mesh.
+  void add_strokes(const BoxPrompt& box, ItemId mesh);
+  UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point
 
   Scene& scene_;
   const Volume& volume_;

@@ -20,7 +20,7 @@ TEST(Stroke, BallsLieOnThePathAtMostARadiusApartAndIncludeItsEnds) {
   for (std::size_t m = 0; m < marks.size(); ++m) {
     EXPECT_EQ(marks[m].kind, MarkKind::Outside);
     EXPECT_EQ(marks[m].radius_mm, 2);
-    EXPECT_EQ(marks[m].continues, m > 0);
+    EXPECT_EQ(marks[m].link, m > 0 ? MarkLink::Stroke : MarkLink::None);
     const Eigen::Vector3d& p = marks[m].position_mm;
     EXPECT_TRUE(std::abs(p.y()) < 1e-9 || std::abs(p.x() - 10) < 1e-9) << p.transpose();
     if (m > 0) {

@@ -86,11 +86,12 @@ TEST(VoxelBlocks, AreConstrainedByMostOfTheirVoxelsAndByBalls) {
   for (int i = 0; i < 3; ++i) before[35 + i] = i == 0 ? 0 : 200;
   const PaintedBall ball{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {2, 1, 1}, 0.1, {0, 0, 0}, {2, 1, 1}, {2, 1, 1}, Constraint::Inside};
+  const std::vector<int> lists = lists_of_planes({&ball, 1}, kBlocks.coarse.size[2]);
   const CpuFieldExecutor executor;
   executor.each_cell(kBlocks.coarse, ConstraintOfBlock{kFine,
                                                        kBlocks.coarse,
                                                        kBlocks.width,
-                                                       {&ball, 1},
+                                                       {&ball, lists.data()},
                                                        constraints.data(),
                                                        before.data(),
                                                        of_blocks.data(),

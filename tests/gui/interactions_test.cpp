@@ -52,8 +52,8 @@ class InteractionsTest : public WindowTest {
                                       {"delete mesh", Act::DeleteMesh}};
     const std::map<QString, Act> tools{{"seed", Act::ToolSeed},           {"point", Act::ToolPoint},
                                        {"crosshair", Act::ToolCrosshair}, {"inside", Act::ToolInside},
-                                       {"outside", Act::ToolOutside},     {"brush", Act::ToolBrush},
-                                       {"eraser", Act::ToolEraser}};
+                                       {"outside", Act::ToolOutside},     {"box", Act::ToolBox},
+                                       {"brush", Act::ToolBrush},         {"eraser", Act::ToolEraser}};
     if (event.contains("steps")) {
       bench().advance_steps(event["steps"].toInt());
     } else if (event.contains("tool")) {

@@ -117,6 +117,20 @@ TEST_F(PointsTest, InsideAndOutsideToolsPlacePointsByAClickAndStrokesByADrag) {
   }
 }
 
+TEST_F(PointsTest, ABoxStartsASegmentationInOneStep) {
+  window_->actions()[Act::ToolBox]->trigger();
+  drag(axial(), pixel(2, 2), pixel(2, 2));
+  EXPECT_EQ(scene().meshes.size(), 1u) << "a click is no box";
+  drag(axial(), pixel(-22, -8), pixel(22, 8));
+  ASSERT_EQ(scene().meshes.size(), 2u);
+  EXPECT_LT((scene().meshes[1].seed.centre_mm - bench().view.crosshair_mm).norm(), 1e-6);
+  EXPECT_EQ(scene().points.size(), 2u) << "along the longer side, and around";
+  EXPECT_EQ(bench().view.tool, Tool::Crosshair);
+  bench().apply(Undo{});
+  EXPECT_EQ(scene().meshes.size(), 1u);
+  EXPECT_TRUE(scene().points.empty());
+}
+
 TEST_F(PointsTest, AStrokeIsDrawnInItsSliceAlone) {
   const int none = count_pixels(theme::kOutside);
   window_->actions()[Act::ToolOutside]->trigger();

@@ -12,7 +12,7 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   std::mt19937 random(9);
   std::vector<LogEntry> log = {
       {0, AddMesh{"a \"quoted\" näme", {p, 10.0 / 3}, Colour{1, 2, 3}, 7}},
-      {3, AddMesh{"", {p, 1}, std::nullopt, 0}},
+      {3, AddMesh{"", {p, 1}, std::nullopt, 0, std::nullopt, {p, -p, p, -p}}},
       {1, DeleteMesh{4}},
       {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12, true, 0.25f}},
       {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
@@ -57,6 +57,7 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
     EXPECT_EQ(a.seed.radius_mm, b.seed.radius_mm);
     EXPECT_EQ(a.colour, b.colour);
     EXPECT_EQ(a.like, b.like);
+    EXPECT_EQ(a.box_mm, b.box_mm);
   }
   for (const std::size_t at : {3u, 4u}) {
     const auto [a, b] = get(std::type_identity<EditMesh>{}, at);

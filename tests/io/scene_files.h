@@ -113,7 +113,7 @@ inline Scene any_scene() {
   scene.points = {
       {7, 4, {0.1, 1.0 / 3, -2e-300}},
       {9, 3, {1e10, 5, 0}},
-      {10, 3, {1, 2, 3}, MarkKind::Inside, 2, {0, 0, 0}, {{1e-310, 1.0 / 3, 0}, {4, 5, -6}}},
+      {10, 3, {1, 2, 3}, MarkKind::Inside, 2, {0, 0, 0}, {{1e-310, 1.0 / 3, 0}, {4, 5, -6}}, {}, true},
       {11, 4, {1, 2, 4}, MarkKind::Outside, 2, {0, 0, 0}, {}, PaintBrush::ball()},
       {12, 4, {1, 2, 5}, MarkKind::Inside, 3, {0, 0, 0}, {{1, 1.0 / 7, 0}}, PaintBrush::disc({0.6, 0, 0.8}, 1.0 / 3)}};
   scene.steps = 123;

@@ -43,6 +43,7 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
     EXPECT_TRUE(same_bits(before.points[p].position_mm, after.points[p].position_mm));
     EXPECT_EQ(before.points[p].path_mm, after.points[p].path_mm);
     EXPECT_EQ(before.points[p].brush, after.points[p].brush);
+    EXPECT_EQ(before.points[p].continues, after.points[p].continues);
     EXPECT_EQ(before.find_mesh(before.points[p].mesh)->name, after.find_mesh(after.points[p].mesh)->name);
   }
   // Saving the scene again gives the same text.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strokes in a session: marks, undo and replay.
+// Strokes and boxes in a session: marks, undo and replay.
 #include "core/error.h"
+#include "field/evidence_field.h"
 #include "forces/force_list.h"
 #include "session/mesh_marks.h"
 #include "session_fixture.h"
@@ -89,6 +90,42 @@ TEST(Strokes, InvalidPathsAreRefused) {
   session->apply(stroke);
   for (const Mark& mark : marks_of(session->scene(), first_mesh(*session), ball_image()))
     EXPECT_TRUE(ball_image().geometry().contains(mark.position_mm));
+}
+
+AddMesh start_of_box() {
+  AddMesh command;
+  command.name = "boxed";
+  command.box_mm = {{-21, -9, 0}, {21, -9, 0}, {21, 9, 0}, {-21, 9, 0}};
+  return command;
+}
+
+TEST(Boxes, StartAMeshWithStrokesInOneCommandAndOneUpdate) {
+  const auto session = open_with_field();
+  session->apply(DeleteMesh{first_mesh(*session).id});
+  const ItemId mesh = session->apply(start_of_box());
+  EXPECT_EQ(session->scene().find_mesh(mesh)->seed.centre_mm, Eigen::Vector3d(0, 0, 0));
+  ASSERT_EQ(session->scene().points.size(), 2u);
+  EXPECT_EQ(session->scene().points[0].kind, MarkKind::Inside);
+  EXPECT_EQ(session->scene().points[1].kind, MarkKind::Outside);
+  session->advance_steps(1);
+  EvidenceField once(ball_image(), run_serially());
+  once.update(marks_of(session->scene(), first_mesh(*session), ball_image()));
+  EXPECT_EQ(first_mesh(*session).field->object_cells(), once.object_in_box().voxels);
+  session->apply(Undo{});
+  EXPECT_TRUE(session->scene().meshes.empty());
+  EXPECT_TRUE(session->scene().points.empty());
+  session->apply(Redo{});
+  EXPECT_EQ(session->scene().points.size(), 2u);
+}
+
+TEST(Boxes, InvalidOnesAreRefused) {
+  const auto session = open_with_field();
+  AddMesh command = start_of_box();
+  command.box_mm.pop_back();
+  EXPECT_NE(refusal(*session, command).find("four corners"), std::string::npos);
+  command = start_of_box();
+  for (Eigen::Vector3d& corner : command.box_mm) corner.x() += 500;
+  EXPECT_NE(refusal(*session, command).find("outside the image"), std::string::npos);
 }
 
 }  // namespace

@@ -103,6 +103,8 @@ const Binding kBindings[] = {
      "Tool: a click marks what belongs to the structure, a drag draws an inside stroke or moves a point"},
     {Act::ToolOutside, kEverywhere, "6", Mouse::None, {}, "&Outside point",
      "Tool: a click marks what does not belong to the structure, a drag draws an outside stroke or moves a point"},
+    {Act::ToolBox, kEverywhere, "7", Mouse::None, {}, "New segmentation from a bo&x",
+     "Tool: left drag draws a box around the structure in a slice, from which a segmentation starts"},
     {Act::ToolBrush, kEverywhere, "B", Mouse::None, {}, "Pa&int",
      "Tool: paint voxels, which belong to the structure from then on"},
     {Act::ToolEraser, kEverywhere, "E", Mouse::None, {}, "&Erase",

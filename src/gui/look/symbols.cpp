@@ -98,6 +98,9 @@ void draw(QPainter& painter, Symbol symbol) {
       painter.drawLine(QPointF(10, 10), QPointF(17, 10));
       filled(painter, QPolygonF({{9, 9}, {11, 9}, {11, 11}, {9, 11}}));
       return;
+    case Symbol::Box:
+      painter.drawRect(QRectF(3.5, 5, 13, 10));
+      return;
     case Symbol::Boundary: {
       QPainterPath outline(QPointF(2, 15));
       outline.cubicTo(6, 3, 14, 17, 18, 5);

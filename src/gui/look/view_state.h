@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser };
+enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser, Box };
 inline bool paints(Tool tool) { return tool == Tool::Brush || tool == Tool::Eraser; }
 
 /// State of the display, shared by all views. It is neither saved nor part of undo.

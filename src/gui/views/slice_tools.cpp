@@ -85,6 +85,8 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     drag_ = Drag::Pan;
   } else if (view.tool == Tool::Seed) {
     begin_seed(view_.world_of(pixel));
+  } else if (view.tool == Tool::Box) {
+    drag_ = Drag::Box;
   } else if (under) {
     drag_ = Drag::Point;
     dragged_point_ = under;
@@ -182,10 +184,32 @@ void SliceTools::finish_seed() {
                       SliceView::tr("New segmentation: drag from the centre of the structure to its edge"));
     return;
   }
-  if (!workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh})) return;
-  // The next drag must correct the segmentation instead of placing another seed.
+  if (workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh})) end_start();
+}
+
+void SliceTools::end_start() {
   workbench_.view.tool = Tool::Crosshair;
   workbench_.view_edited();
+}
+
+std::vector<Eigen::Vector3d> SliceTools::box_mm() const {
+  if (drag_ != Drag::Box || !moved_) return {};
+  const QPointF across(last_.x(), press_.y()), down(press_.x(), last_.y());
+  return {view_.world_of(press_), view_.world_of(across), view_.world_of(last_), view_.world_of(down)};
+}
+
+void SliceTools::finish_box() {
+  const std::vector<Eigen::Vector3d> corners = box_mm();
+  drag_ = Drag::None;
+  constexpr double kLeast = 6;  // shortest side, logical pixels
+  if (corners.empty() || std::abs(last_.x() - press_.x()) < kLeast || std::abs(last_.y() - press_.y()) < kLeast) {
+    workbench_.notify(Severity::Note, SliceView::tr("New segmentation: drag a box around the structure"));
+    return;
+  }
+  AddMesh command;
+  command.like = workbench_.view.active_mesh;
+  command.box_mm = corners;
+  if (workbench_.apply(command)) end_start();
 }
 
 void SliceTools::show_grab(bool grabs) {
@@ -256,6 +280,9 @@ void SliceTools::move(const QMouseEvent& event) {
       if (moved_) stroke_tool_.extend(view_.world_of(here));
       view_.update();
       break;
+    case Drag::Box:
+      view_.update();
+      break;
     case Drag::Zoom:
       if (moved_) view_.zoom_about(press_, std::exp(moved.y() * 0.01));
       break;
@@ -274,6 +301,7 @@ void SliceTools::move(const QMouseEvent& event) {
 
 void SliceTools::release(const QMouseEvent& event) {
   const Drag ended = drag_;
+  if (ended == Drag::Box) finish_box();
   drag_ = Drag::None;
   if (ended == Drag::Seed) finish_seed();
   if (ended == Drag::Stroke) stroke_tool_.finish();
@@ -293,7 +321,7 @@ bool SliceTools::double_click(const QMouseEvent& event) {
   // With tools that place points or seeds, a double click acts as two clicks.
   const ViewState& view = workbench_.view;
   const bool plain = event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) &&
-                     !paints(view.tool) && view.tool != Tool::Seed;
+                     !paints(view.tool) && view.tool != Tool::Seed && view.tool != Tool::Box;
   if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) {
     // Undoes the crosshair movement of the first click.
     if (const auto before = std::exchange(before_click_mm_, std::nullopt)) workbench_.set_crosshair(*before);

@@ -39,13 +39,15 @@ class SliceTools {
   bool grabs() const { return grabs_; }
   /// Seed sphere while the user drags it; otherwise none.
   const std::optional<Seed>& seed() const { return seed_; }
+  /// Corners of the box while the user drags it, mm, in order; otherwise none.
+  std::vector<Eigen::Vector3d> box_mm() const;
   /// Centre of the brush under the mouse, mm; none without a brush or outside the view.
   std::optional<Eigen::Vector3d> brush_centre_mm() const;
   /// Stroke while the user draws it; otherwise none.
   const std::optional<UserPoint>& stroke() const { return stroke_tool_.stroke(); }
 
  private:
-  enum class Drag { None, Crosshair, Grab, Point, Stroke, Zoom, Pan, WindowLevel, Seed };
+  enum class Drag { None, Crosshair, Grab, Point, Stroke, Zoom, Pan, WindowLevel, Seed, Box };
 
   /// Returns true if a drag would pull the active contour: crosshair tool, contour within 4 logical pixels, no point.
   bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
@@ -61,6 +63,9 @@ class SliceTools {
   void drag_window_level(const QPointF& moved);
   void begin_seed(const Eigen::Vector3d& centre_mm);
   void finish_seed();
+  void finish_box();
+  /// Selects the tool with which the next drag corrects the new segmentation.
+  void end_start();
   /// Moves the crosshair by a number of voxels along a screen axis (unit vector, LPS).
   void move_crosshair(const Eigen::Vector3d& direction, int voxels);
   void hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers);

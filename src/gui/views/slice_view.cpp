@@ -331,10 +331,16 @@ void SliceView::draw_scale_bar(const Projection& projection) {
   line_painter_.draw(projection, ends, rgba_of(theme::kText), 1.4f * ratio);
 }
 
-// Draws the section of the seed sphere while the user drags it.
+// Draws the section of the seed sphere, or the box, while the user drags it.
 void SliceView::draw_seed(const Projection& projection) {
   const std::optional<Seed>& seed = tools_.seed();
   if (seed) draw_circle(projection, seed->centre_mm, seed->radius_mm, rgba_of(theme::kSelected), 1.6f);
+  const std::vector<Eigen::Vector3d> box_mm = tools_.box_mm();
+  std::vector<Eigen::Vector3f> ends;
+  for (std::size_t side = 0; side < box_mm.size(); ++side)
+    for (const std::size_t end : {side, (side + 1) % box_mm.size()}) ends.push_back(box_mm[end].cast<float>());
+  if (!ends.empty())
+    line_painter_.draw(projection, ends, rgba_of(theme::kSelected), 1.6f * static_cast<float>(devicePixelRatio()));
 }
 
 void SliceView::draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm,

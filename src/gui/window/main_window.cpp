@@ -157,7 +157,7 @@ void MainWindow::build_menus() {
   file->insertMenu(file->actions().at(2), recent);
   fill(tr("&Edit"), {{Act::Undo, Act::Redo, Act::History},
                      {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere, Act::PointHere, Act::DeletePoint}});
-  fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
+  fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed, Act::ToolBox},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::ToolBrush, Act::ToolEraser, Act::Brush3d},
                       {Act::WindowLevel}});
@@ -214,6 +214,7 @@ void MainWindow::build_toolbar() {
   add({{Act::ToolCrosshair, Symbol::Crosshair, tr("Crosshair")},
        {Act::ToolZoomPan, Symbol::ZoomPan, tr("Zoom")},
        {Act::ToolSeed, Symbol::Seed, tr("Seed")},
+       {Act::ToolBox, Symbol::Box, tr("Box")},
        {Act::ToolPoint, Symbol::Boundary, tr("Boundary")},
        {Act::ToolInside, Symbol::Inside, tr("Inside")},
        {Act::ToolOutside, Symbol::Outside, tr("Outside")},

@@ -16,10 +16,15 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}, {Act::ToolZoomPan, Tool::ZoomPan},
-                                           {Act::ToolPoint, Tool::Point},         {Act::ToolSeed, Tool::Seed},
-                                           {Act::ToolInside, Tool::Inside},       {Act::ToolOutside, Tool::Outside},
-                                           {Act::ToolBrush, Tool::Brush},         {Act::ToolEraser, Tool::Eraser}};
+constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair},
+                                           {Act::ToolZoomPan, Tool::ZoomPan},
+                                           {Act::ToolPoint, Tool::Point},
+                                           {Act::ToolSeed, Tool::Seed},
+                                           {Act::ToolInside, Tool::Inside},
+                                           {Act::ToolOutside, Tool::Outside},
+                                           {Act::ToolBox, Tool::Box},
+                                           {Act::ToolBrush, Tool::Brush},
+                                           {Act::ToolEraser, Tool::Eraser}};
 
 /// Sets a text such as "Undo add point", or "Undo" if `title` is empty.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
@@ -188,7 +193,8 @@ void WorkbenchActions::refresh() {
   refresh_solving();
   set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There are no points yet"));
   const QString no_volume = tr("Open a volume first");
-  for (const Act act : {Act::ToolSeed, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
+  for (const Act act :
+       {Act::ToolSeed, Act::ToolBox, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
   for (const Act act :

@@ -51,15 +51,17 @@ Json keys_json(const AddMesh& c) {
   if (c.colour) json["colour"] = colour_json(*c.colour);
   if (c.like) json["like"] = c.like;
   if (c.start) json["start"] = start_json<Json>(*c.start, c.start->path);
+  if (!c.box_mm.empty()) json["box_mm"] = path_json<Json>(c.box_mm);
   return json;
 }
 void read_keys(const JsonInput& in, AddMesh& c) {
-  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start"});
+  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start", "box_mm"});
   if (in.has("name")) c.name = in["name"].text_or_empty();
   c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
   if (in.has("colour")) c.colour = colour_from_json(in["colour"]);
   if (in.has("like")) c.like = read_id(in["like"]);
   if (in.has("start")) c.start = mesh_start_from_json(in["start"]);
+  if (in.has("box_mm")) c.box_mm = read_path(in["box_mm"]);
 }
 
 Json keys_json(const EditMesh& c) {

@@ -51,9 +51,9 @@ void read_histogram(const json& value, std::array<std::int32_t, kRegionBins>& bi
   std::copy(counts.begin(), counts.end(), bins.begin());
 }
 
-constexpr int kMarkKinds = 3;
-/// First number of a mark: its kind, increased by kMarkKinds if it continues a stroke.
-int code_of(const Mark& mark) { return static_cast<int>(mark.kind) + (mark.continues ? kMarkKinds : 0); }
+constexpr int kMarkKinds = 3, kMarkLinks = 3;
+/// First number of a mark: its kind, plus kMarkKinds times its link.
+int code_of(const Mark& mark) { return static_cast<int>(mark.kind) + kMarkKinds * static_cast<int>(mark.link); }
 
 json binary_json(const std::vector<Mark>& marks) {
   std::vector<double> numbers;
@@ -72,10 +72,13 @@ std::vector<Mark> marks_of(const json& saved) {
   std::vector<Mark> marks;
   for (std::size_t m = 0; m < numbers.size(); m += kNumbers) {
     const double* const n = numbers.data() + m;
-    expect(n[0] >= 0 && n[0] < 2 * kMarkKinds, "a mark of the field has an invalid kind");
+    expect(n[0] >= 0 && n[0] < kMarkLinks * kMarkKinds, "a mark of the field has an invalid kind");
     const int code = static_cast<int>(n[0]);
-    marks.push_back(
-        {static_cast<MarkKind>(code % kMarkKinds), {n[1], n[2], n[3]}, n[4], {n[5], n[6], n[7]}, code >= kMarkKinds});
+    marks.push_back({static_cast<MarkKind>(code % kMarkKinds),
+                     {n[1], n[2], n[3]},
+                     n[4],
+                     {n[5], n[6], n[7]},
+                     static_cast<MarkLink>(code / kMarkKinds)});
   }
   return marks;
 }

@@ -103,7 +103,7 @@ SavedView read_view(const JsonInput& input) {
 }
 
 UserPoint read_point(const JsonInput& input, const Scene& scene) {
-  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint"});
+  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint", "continues"});
   const std::string name = input["mesh"].text();
   const MeshItem* const item = scene.find_mesh(name);
   if (!item) {
@@ -116,6 +116,7 @@ UserPoint read_point(const JsonInput& input, const Scene& scene) {
   if (input.has("radius_mm")) point.radius_mm = read_radius(input["radius_mm"]);
   if (input.has("outward")) point.outward = input["outward"].vector3();
   if (input.has("path_mm")) point.path_mm = read_path(input["path_mm"]);
+  if (input.has("continues")) point.continues = input["continues"].boolean();
   if (input.has("paint")) point.brush = read_brush(input["paint"]);
   return point;
 }
@@ -170,6 +171,7 @@ Json point_json(const UserPoint& point, const Scene& scene) {
   if (point.radius_mm > 0) json["radius_mm"] = point.radius_mm;
   if (point.outward.norm() > 0) json["outward"] = vector_json<Json>(point.outward);
   if (point.is_stroke()) json["path_mm"] = path_json<Json>(point.path_mm);
+  if (point.continues) json["continues"] = true;
   if (point.is_paint()) json["paint"] = brush_json<Json>(point.brush);
   return json;
 }

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "field/box_prompt.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "field/stroke.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kSeedShare = 0.35;   // radius of the seed, relative to half of the shorter side
+constexpr double kLeastStroke = 0.5;  // shortest stroke along the longer side, relative to twice its radius
+constexpr double kOutsideVoxels = 5;  // distance of the outside strokes from the box, voxels
+
+/// Nearest place in the volume, up to the centres of its outer voxels.
+Eigen::Vector3d moved_into(const VolumeGeometry& volume, const Eigen::Vector3d& mm) {
+  Eigen::Vector3d index = volume.index_from_world() * mm;
+  for (int a = 0; a < 3; ++a) index[a] = std::clamp(index[a], 0.0, volume.size[a] - 1.0);
+  return volume.world_from_index() * index;
+}
+
+}  // namespace
+
+BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume) {
+  const Eigen::Vector3d centre = (corners[0] + corners[2]) / 2;
+  const Eigen::Vector3d u = (corners[1] - corners[0]) / 2, v = (corners[3] - corners[0]) / 2;
+  const double voxel_mm = volume.spacing_mm.minCoeff(), shorter_mm = std::min(u.norm(), v.norm());
+  if (!(shorter_mm > 0) || !centre.allFinite())
+    throw Error("the box", "a side has no length or is not a number", "draw a rectangle around the structure");
+  if (!volume.contains(centre))
+    throw Error("the box", "its centre lies outside the image", "draw it around a structure in the image");
+  BoxPrompt prompt;
+  const double radius_mm = std::max(kSeedShare * shorter_mm, voxel_mm);
+  prompt.seed = {MarkKind::Inside, centre, radius_mm};
+  const Eigen::Vector3d& longer = u.norm() > v.norm() ? u : v;
+  const double reach_mm = kSeedShare * (longer.norm() - shorter_mm);
+  if (reach_mm > kLeastStroke * radius_mm)
+    for (const double side : {-1.0, 1.0})
+      prompt.inside_path_mm.push_back(moved_into(volume, centre + side * reach_mm * longer.normalized()));
+  prompt.outside_radius_mm = voxel_mm;
+  BoxCorners around;
+  const double distance_mm = kOutsideVoxels * voxel_mm;
+  for (int c = 0; c < 4; ++c) {
+    const double along_u = c == 1 || c == 2 ? 1 : -1, along_v = c >= 2 ? 1 : -1;
+    around[c] = centre + along_u * (u + distance_mm * u.normalized()) + along_v * (v + distance_mm * v.normalized());
+  }
+  bool in_stroke = false;  // whether the side before this one has a stroke
+  for (int side = 0; side < 4; ++side) {
+    const Eigen::Vector3d &from = around[side], &to = around[(side + 1) % 4];
+    const bool in_volume = volume.contains((from + to) / 2);
+    if (in_volume && !in_stroke) prompt.outside_paths_mm.push_back({moved_into(volume, from)});
+    if (in_volume) prompt.outside_paths_mm.back().push_back(moved_into(volume, to));
+    in_stroke = in_volume;
+  }
+  return prompt;
+}
+
+std::vector<Mark> BoxPrompt::marks() const {
+  std::vector<Mark> all{seed};
+  const auto add = [&all](MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm, double radius_mm) {
+    const std::vector<Mark> stroke = marks_of_stroke(kind, path_mm, radius_mm);
+    all.insert(all.end(), stroke.begin(), stroke.end());
+    all[all.size() - stroke.size()].link = MarkLink::Update;
+  };
+  if (!inside_path_mm.empty()) add(MarkKind::Inside, inside_path_mm, seed.radius_mm);
+  for (const std::vector<Eigen::Vector3d>& path : outside_paths_mm) add(MarkKind::Outside, path, outside_radius_mm);
+  return all;
+}
+
+}  // namespace simplexseg
