@@ -14,11 +14,15 @@ constexpr double kSeedShare = 0.35;   // radius of the seed, relative to half of
 constexpr double kLeastStroke = 0.5;  // shortest stroke along the longer side, relative to twice its radius
 constexpr double kOutsideVoxels = 5;  // distance of the outside strokes from the box, voxels
 
-/// Nearest place in the volume, up to the centres of its outer voxels.
-Eigen::Vector3d moved_into(const VolumeGeometry& volume, const Eigen::Vector3d& mm) {
-  Eigen::Vector3d index = volume.index_from_world() * mm;
-  for (int a = 0; a < 3; ++a) index[a] = std::clamp(index[a], 0.0, volume.size[a] - 1.0);
-  return volume.world_from_index() * index;
+/// Last place in the volume, up to the centres of its outer voxels, on the way from a place in it to another place.
+Eigen::Vector3d last_inside(const VolumeGeometry& volume, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d start = volume.index_from_world() * from, along = volume.index_from_world() * to - start;
+  double share = 1;
+  for (int a = 0; a < 3; ++a) {
+    const double room = along[a] > 0 ? volume.size[a] - 1.0 - start[a] : start[a];
+    if (std::abs(along[a]) > 1e-9) share = std::min(share, std::max(room, 0.0) / std::abs(along[a]));
+  }
+  return share == 1 ? to : from + share * (to - from);
 }
 
 }  // namespace
@@ -38,8 +42,9 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
   const double reach_mm = kSeedShare * (longer.norm() - shorter_mm);
   if (reach_mm > kLeastStroke * radius_mm)
     for (const double side : {-1.0, 1.0})
-      prompt.inside_path_mm.push_back(moved_into(volume, centre + side * reach_mm * longer.normalized()));
-  prompt.outside_radius_mm = voxel_mm;
+      prompt.inside_path_mm.push_back(last_inside(volume, centre, centre + side * reach_mm * longer.normalized()));
+  // Large boxes have thicker strokes, which then have at most about 800 balls.
+  prompt.outside_radius_mm = std::clamp((u.norm() + v.norm()) / 100, voxel_mm, 3 * voxel_mm);
   BoxCorners around;
   const double distance_mm = kOutsideVoxels * voxel_mm;
   for (int c = 0; c < 4; ++c) {
@@ -49,10 +54,15 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
   bool in_stroke = false;  // whether the side before this one has a stroke
   for (int side = 0; side < 4; ++side) {
     const Eigen::Vector3d &from = around[side], &to = around[(side + 1) % 4];
-    const bool in_volume = volume.contains((from + to) / 2);
-    if (in_volume && !in_stroke) prompt.outside_paths_mm.push_back({moved_into(volume, from)});
-    if (in_volume) prompt.outside_paths_mm.back().push_back(moved_into(volume, to));
-    in_stroke = in_volume;
+    const Eigen::Vector3d middle = (from + to) / 2;
+    if (!volume.contains(middle)) {
+      in_stroke = false;
+      continue;
+    }
+    const Eigen::Vector3d begin = last_inside(volume, middle, from), end = last_inside(volume, middle, to);
+    if (!in_stroke || begin != from) prompt.outside_paths_mm.push_back({begin});
+    prompt.outside_paths_mm.back().push_back(end);
+    in_stroke = end == to;
   }
   return prompt;
 }

@@ -73,9 +73,10 @@ py::object get_parameter(const SceneMesh& mesh, const std::string& name) {
 }
 
 ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const std::string& kind, double radius,
-                     const py::object& outward, const std::vector<py::object>& path) {
+                     const py::object& outward, const std::optional<std::vector<py::object>>& path) {
   AddPoint command{mesh.id, vector_of(position, "position"), kind_of(kind), radius};
-  for (const py::object& vertex : path) command.path_mm.emplace_back(vector_of(vertex, "path") - command.position_mm);
+  for (const py::object& vertex : path.value_or(std::vector<py::object>()))
+    command.path_mm.emplace_back(vector_of(vertex, "path") - command.position_mm);
   if (!(radius >= 0))
     throw Error("radius", "it is negative or not a number", "use a radius in mm, or 0 for the default");
   if (!outward.is_none()) command.outward = vector_of(outward, "outward");
@@ -166,7 +167,7 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
           "Sets forces.FORCE.PARAMETER to a number or to the name of a choice. Raises Error for an unknown name or a\n"
           "value out of range.")
       .def("add_point", &add_point, py::arg("position"), py::arg("kind") = "boundary", py::kw_only(),
-           py::arg("radius") = 0.0, py::arg("outward") = py::none(), py::arg("path") = py::list(),
+           py::arg("radius") = 0.0, py::arg("outward") = py::none(), py::arg("path") = py::none(),
            "Adds a point and returns it. position: mm, LPS. kind: boundary (attracts the nearest part of the mesh), "
            "inside\n"
            "or outside. radius: radius of the marked ball, mm, 0 for the default. outward: outward direction of a\n"

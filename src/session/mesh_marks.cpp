@@ -26,8 +26,8 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
     }
     const double radius_mm = point.radius_mm > 0 ? point.radius_mm : min_radius_mm;
     std::vector<Mark> stroke = marks_of_stroke(point.kind, point.vertices_mm(), radius_mm);
-    if (point.continues) stroke[0].link = MarkLink::Update;
     std::erase_if(stroke, [&](const Mark& mark) { return !volume.geometry().contains(mark.position_mm); });
+    if (!stroke.empty()) stroke[0].link = point.continues ? MarkLink::Update : MarkLink::None;
     marks.insert(marks.end(), stroke.begin(), stroke.end());
   }
   return marks;
@@ -43,7 +43,8 @@ std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, cons
   return others;
 }
 
-std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field, const VolumeGeometry& geometry) {
+std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& with_paint, const VolumeGeometry& geometry) {
+  const MeshField& field = with_paint.solved ? *with_paint.solved : with_paint;  // paint may have enlarged the box
   if (field.values.empty()) return others;
   const Eigen::Affine3d index = cell_geometry(geometry, field.cell).index_from_world();
   std::erase_if(others, [&](const Mark& mark) {
@@ -91,9 +92,12 @@ double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d
 
 double stroke_radius_mm(const MeshItem& item, const UserPoint& stroke, const Volume& volume,
                         const EvidenceSettings& fields) {
+  if (!item.has_field()) return far_brush_radius_mm(volume.geometry());
+  const VolumeGeometry cells = cell_geometry(volume.geometry(), item.field->cell);
+  const std::vector<std::uint8_t> object = item.field->object_cells();
   double radius_mm = std::numeric_limits<double>::infinity();
   for (const Eigen::Vector3d& at : stroke.vertices_mm())
-    radius_mm = std::min(radius_mm, mark_radius_mm(item, stroke.kind, at, volume, fields));
+    radius_mm = std::min(radius_mm, brush_radius_mm(cells, item.field->box, object, stroke.kind, at, fields));
   return radius_mm;
 }
 

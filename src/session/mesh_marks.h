@@ -17,7 +17,7 @@ struct VolumeGeometry;
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume);
 /// Seeds and inside points of the other meshes that use fields; these are background marks for this mesh.
 std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, const Volume& volume);
-/// Marks of `others` whose balls reach the box of the field; all of `others` if the field has no values.
+/// Marks of `others` whose balls reach the box of the field without paint; all of `others` if the field has no values.
 std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field, const VolumeGeometry& geometry);
 /// Whether the mesh uses a field that has not been solved yet, or whose marks, or marks of other meshes that reach its
 /// box, have changed since it was solved.

@@ -99,10 +99,31 @@ bool is_surrounded(const MeshField& field, std::size_t cell) {
   return true;
 }
 
+/// Number of cells outside the box of a field, which is given by its grid, in which a mesh lies by more than a cell.
+int cells_outside(const SimplexMesh& mesh, const VolumeGeometry& grid, const Mask& in_box) {
+  const Eigen::Affine3d index = grid.index_from_world();
+  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3i(grid.size.data()).cast<double>();
+  const Eigen::Vector3d box_high = high;
+  for (const Eigen::Vector3f& p : mesh.positions) {
+    const Eigen::Vector3d at = index * p.cast<double>();
+    low = low.cwiseMin(at), high = high.cwiseMax(at);
+  }
+  if ((low.array() >= -1.5).all() && (high.array() <= box_high.array() + 0.5).all()) return 0;
+  VolumeGeometry all = grid;
+  for (int a = 0; a < 3; ++a) {
+    low[a] = std::floor(low[a]);
+    all.size[a] = static_cast<int>(std::ceil(high[a]) - low[a]) + 1;
+  }
+  all.origin_mm = grid.world_from_index() * low;
+  const auto set = [](const Mask& mask) { return std::ranges::count(mask.voxels, std::uint8_t{1}); };
+  return static_cast<int>(set(rasterise(mesh, all)) - set(in_box));
+}
+
 FieldMismatch mismatch_of(const SimplexMesh& mesh, const MeshField& field, const Volume& volume) {
   const VolumeGeometry grid = field.grid(volume.geometry());
   const Mask mask = rasterise(mesh, grid);
   FieldMismatch mismatch;
+  mismatch.wrong = cells_outside(mesh, grid, mask);
   for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
     const float excess = static_cast<float>(field.values[v]) - kThreshold;
     mismatch.object += excess > 0;

@@ -14,7 +14,9 @@ class Volume;
 
 /// Mismatch between a mesh and its field.
 struct FieldMismatch {
-  int wrong = 0;   ///< voxels on the wrong side of the mesh whose foreground probability is above 0.7 or below 0.3
+  /// Voxels on the wrong side of the mesh whose foreground probability is above 0.7 or below 0.3, and voxels of the
+  /// mesh outside the box of the field.
+  int wrong = 0;
   int object = 0;  ///< number of voxels of the field's object
   /// Inside and outside marks whose centre is on the wrong side of the mesh, and painted cells that are, if all cells
   /// around them belong to the same side of the field.

@@ -48,6 +48,8 @@ class PaintedCells {
         }
   }
 
+  bool empty() const { return samples_of_.empty(); }
+
   /// Bounding box of the cells with paint, with a margin.
   VoxelBox box() const {
     std::array<int, 3> low = all_.size, high{-1, -1, -1};
@@ -119,6 +121,10 @@ std::shared_ptr<const MeshField> painted_field(std::shared_ptr<const MeshField> 
   PaintedCells painted(cells, solved->cell == kVoxelCells);
   for (const PaintStroke& stroke : paint) painted.add(stroke);
   auto field = std::make_shared<MeshField>(*solved);
+  if (painted.empty()) {
+    field->paint = std::move(paint), field->solved = std::move(solved);
+    return field;
+  }
   if (const VoxelBox box = united(solved->box, painted.box()); box.voxel_count() <= kMaxCells) field->box = box;
   const std::size_t count = field->box.voxel_count();
   // The half lets values that do not change be encoded to the same integers again.

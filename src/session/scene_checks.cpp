@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "field/brush_radius.h"
 #include "forces/force_list.h"
 #include "image/volume.h"
 
@@ -74,21 +75,32 @@ void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume&
 }
 
 void check_path(MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm) {
-  constexpr std::size_t kMostVertices = 100'000;
+  constexpr std::size_t kMostVertices = 10'000;
   if (path_mm.empty()) return;
   if (kind == MarkKind::Boundary)
     throw Error("boundary point", "it has a path, but only inside and outside points can be strokes",
                 "make it an inside or an outside stroke");
   if (path_mm.size() > kMostVertices)
-    throw Error("stroke", "its path has " + std::to_string(path_mm.size()) + " vertices, the largest number is 100000",
+    throw Error("stroke", "its path has " + std::to_string(path_mm.size()) + " vertices, the largest number is 10000",
                 "divide it into several strokes");
   for (const Eigen::Vector3d& offset : path_mm) check_position(offset);
+}
+
+void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm) {
+  constexpr double kMostRadii = 2000;
+  double length_mm = 0;
+  Eigen::Vector3d last(0, 0, 0);
+  for (const Eigen::Vector3d& offset : path_mm) length_mm += (offset - last).norm(), last = offset;
+  if (!(length_mm <= kMostRadii * radius_mm))
+    throw Error("stroke", "it is longer than 2000 of its radii", "draw shorter strokes, or enlarge the radius");
 }
 
 void check_paint(MarkKind kind, double radius_mm, const PaintBrush& brush) {
   if (kind == MarkKind::Boundary)
     throw Error("paint", "it belongs to a boundary point", "make it an inside or an outside stroke");
+  constexpr double kMostMm = 100;
   check_radius(radius_mm);
+  if (radius_mm > kMostMm) throw Error("paint", "its radius is above 100 mm", "use a smaller brush");
   const bool disc = brush.thickness_mm > 0 && brush.thickness_mm <= 1000 && std::abs(brush.normal.norm() - 1) < 1e-6;
   if (brush.shape == PaintBrush::Shape::Disc && !disc)
     throw Error("paint", "its brush is a disc without a unit normal or without a thickness from 0 to 1000 mm",
@@ -112,7 +124,10 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
     check_position(point.position_mm);
     check_mark(point.kind, point.position_mm, volume);
     check_path(point.kind, point.path_mm);
-    if (point.is_paint()) check_paint(point.kind, point.radius_mm, point.brush);
+    if (point.is_paint())
+      check_paint(point.kind, point.radius_mm, point.brush);
+    else if (point.is_stroke())
+      check_stroke(point.path_mm, point.radius_mm > 0 ? point.radius_mm : far_brush_radius_mm(volume.geometry()));
     if (!(point.radius_mm >= 0) || !std::isfinite(point.radius_mm) || !point.outward.allFinite())
       throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",
                   "correct them, or leave them out");

@@ -25,8 +25,10 @@ void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume&
 /// Throws unless a point of this kind may have this path (UserPoint::path_mm): boundary points have none, others at
 /// most 100,000 vertices within 1e9 mm.
 void check_path(MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm);
-/// Throws unless a stroke of paint is an inside or outside stroke, has a radius that check_radius() accepts, and its
-/// brush, if a disc, has a unit normal and a thickness.
+/// Throws for a stroke of marks that is longer than 2,000 of its radii.
+void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm);
+/// Throws unless a stroke of paint is an inside or outside stroke, has a radius up to 100 mm, and its brush, if a disc,
+/// has a unit normal and a thickness.
 void check_paint(MarkKind kind, double radius_mm, const PaintBrush& brush);
 /// Checks values, seeds, meshes, points and ids of a scene before it is opened on the volume. Assigns ids to meshes and
 /// points that have none. Returns the next unused id.

@@ -59,6 +59,10 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   return {EngineUpdate::Meshes, added};
 }
 
+void SceneEditor::refuse_locked_paint(const UserPoint& point) {
+  if (point.is_paint()) refuse_locked(item_of(point.mesh));
+}
+
 void SceneEditor::add_strokes(const BoxPrompt& box, ItemId mesh) {
   const auto add = [&](MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm, double radius_mm) {
     UserPoint point{next_id_++, mesh, path_mm.front(), kind, radius_mm};
@@ -132,6 +136,7 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
   point.path_mm = command.path_mm;
   point.brush = command.brush;
   if (!(point.radius_mm > 0)) point.radius_mm = stroke_radius_mm(item, point, volume_);
+  if (!point.is_paint()) check_stroke(point.path_mm, point.radius_mm);
   if (point.kind == MarkKind::Boundary)
     point.outward = command.outward.norm() > 0 && command.outward.allFinite()
                         ? Eigen::Vector3d(command.outward.normalized())
@@ -144,6 +149,7 @@ SceneChange SceneEditor::execute(const MovePoint& command) {
   UserPoint& point = point_of(command.point);
   check_position(command.position_mm);
   check_mark(point.kind, command.position_mm, volume_);
+  refuse_locked_paint(point);
   point.position_mm = command.position_mm;
   return {EngineUpdate::Points};
 }
@@ -154,6 +160,11 @@ SceneChange SceneEditor::execute(const ResizePoint& command) {
     throw Error("boundary point", "it marks a place on the surface and has no radius",
                 "change the range of the attraction force instead");
   check_radius(command.radius_mm);
+  if (point.is_paint())
+    check_paint(point.kind, command.radius_mm, point.brush);
+  else
+    check_stroke(point.path_mm, command.radius_mm);
+  refuse_locked_paint(point);
   point.radius_mm = command.radius_mm;
   return {EngineUpdate::Points};
 }
@@ -164,7 +175,7 @@ SceneChange SceneEditor::execute(const SetReference& command) {
 }
 
 SceneChange SceneEditor::execute(const DeletePoint& command) {
-  point_of(command.point);
+  refuse_locked_paint(point_of(command.point));
   std::erase_if(scene_.points, [&](const UserPoint& point) { return point.id == command.point; });
   return {EngineUpdate::Points};
 }

@@ -52,6 +52,8 @@ class SceneEditor {
   /// or unknown mesh.
   std::vector<MeshItem*> movable_items_of(ItemId mesh);
   std::vector<MeshItem*> items_of(ItemId mesh);  ///< given mesh, 0: all meshes; throws Error for an unknown mesh
+  /// Throws Error for paint of a locked mesh: its labels would change.
+  void refuse_locked_paint(const UserPoint& point);
   /// Adds the strokes of a box to a mesh.
   void add_strokes(const BoxPrompt& box, ItemId mesh);
   UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point

@@ -178,7 +178,8 @@ void SceneSnapshot::count_bytes(const SceneSnapshot* adjacent) {
     count(own.profiles, shared ? &shared->profiles : nullptr);
     own_bytes_ += sizeof item;
     if (item.field && !(same && same->field == item.field))
-      own_bytes_ += item.field->values.size() * sizeof(item.field->values[0]);
+      own_bytes_ += item.field->values.size() * sizeof(item.field->values[0]) +
+                    item.field->painted_cells.size() * sizeof(item.field->painted_cells[0]);
   }
 }
 

@@ -253,8 +253,8 @@ ItemId Session::apply(const Command& command) {
 ItemId Session::execute(const Undo&) {
   read_poses_or_fail_over();
   if (!history_.undo(scene_)) return 0;
-  add_paint_to_fields();
   try {
+    add_paint_to_fields();
     update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
     history_.redo(scene_);
@@ -266,8 +266,8 @@ ItemId Session::execute(const Undo&) {
 ItemId Session::execute(const Redo&) {
   read_poses_or_fail_over();
   if (!history_.redo(scene_)) return 0;
-  add_paint_to_fields();
   try {
+    add_paint_to_fields();
     update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
     history_.undo(scene_);

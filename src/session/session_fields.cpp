@@ -39,8 +39,10 @@ void Session::add_paint_to_fields() {
   for (MeshItem& item : scene_.meshes) {
     if (!item.field) continue;
     std::vector<PaintStroke> paint = paint_of(scene_, item.id);
-    if (paint != item.field->paint)
-      item.field = painted_field(solved_field(item), std::move(paint), volume_.geometry());
+    if (paint == item.field->paint) continue;
+    const bool compared = item.fit.field == item.field;
+    item.field = painted_field(solved_field(item), std::move(paint), volume_.geometry());
+    if (compared) item.fit.field = item.field;
   }
 }
 

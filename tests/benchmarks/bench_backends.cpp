@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Agreement of the evidence fields of CPU and CUDA under the same marks. The robot user (docs/clicks.md) corrects the
 // field of the CPU, and the field of the device receives the same marks.
-//   bench_backends IMAGE LABELS [--label N...] [--max 10]
+//   bench_backends IMAGE LABELS [--label N...] [--max 10] [--robot mark|stroke|box]
 // Prints for each object the Dice between the two objects after each update, and the Dice of both with the reference
 // after the last update.
 #include <CLI/CLI.hpp>
@@ -47,13 +47,12 @@ class BothFields : public FieldSubject<> {
   std::vector<double> agreement_;
 };
 
-void bench(const std::string& image_file, const std::string& label_file, const std::vector<double>& label, int most) {
+void bench(const std::string& image_file, const std::string& label_file, const std::vector<double>& label,
+           const RobotSettings& settings) {
   const Volume image = read_volume(image_file);
   LabelFile labels(label_file);
   ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
-  RobotSettings settings;
-  settings.most_clicks = most;
   std::vector<std::optional<double>> wanted(label.begin(), label.end());
   if (wanted.empty()) wanted.emplace_back();
   for (const std::optional<double>& value : wanted) {
@@ -74,14 +73,19 @@ int main(int argc, char** argv) {
   CLI::App app{"Agreement of the evidence fields of CPU and CUDA"};
   std::string image, labels;
   std::vector<double> label;
-  int most = 10;
+  std::string robot = "mark";
+  simplexseg::RobotSettings settings;
+  settings.most_clicks = 10;
   app.add_option("image", image)->required();
   app.add_option("labels", labels)->required();
   app.add_option("--label", label);
-  app.add_option("--max", most);
+  app.add_option("--max", settings.most_clicks);
+  app.add_option("--robot", robot)->check(CLI::IsMember({"mark", "stroke", "box"}));
   CLI11_PARSE(app, argc, argv);
+  if (robot == "stroke") settings.click_kind = simplexseg::RobotClickKind::Strokes;
+  settings.starts_with_box = robot == "box";
   try {
-    simplexseg::bench(image, labels, label, most);
+    simplexseg::bench(image, labels, label, settings);
   } catch (const simplexseg::Error& error) {
     std::cerr << error.what() << "\n";
     return 1;

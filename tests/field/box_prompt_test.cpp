@@ -53,6 +53,21 @@ TEST(BoxPrompt, LeavesOutSidesBeyondTheVolume) {
   EXPECT_TRUE(prompt_of_box(rectangle(-1, 100, -1, 100, 20), volume).outside_paths_mm.empty());
 }
 
+/// In a volume that is turned, the corners of a side may lie outside and its middle inside.
+TEST(BoxPrompt, NoStrokeEntersTheBoxInATurnedVolume) {
+  VolumeGeometry volume;
+  volume.size = {101, 101, 3};
+  volume.direction = Eigen::AngleAxisd(M_PI / 4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  volume.origin_mm = -(volume.direction * Eigen::Vector3d(50, 50, 1));
+  const BoxPrompt prompt = prompt_of_box(rectangle(-40, 40, -40, 60, 0), volume);
+  EXPECT_FALSE(prompt.outside_paths_mm.empty());
+  for (const std::vector<Eigen::Vector3d>& path : prompt.outside_paths_mm)
+    for (const Eigen::Vector3d& vertex : path) {
+      EXPECT_TRUE(volume.contains(vertex)) << vertex.transpose();
+      EXPECT_TRUE(std::abs(vertex.x()) > 44.9 || std::abs(vertex.y() - 10) > 54.9) << vertex.transpose();
+    }
+}
+
 TEST(BoxPrompt, RefusesABoxWithoutSizeOrBesideTheVolume) {
   const VolumeGeometry volume = volume_of({100, 100, 40});
   EXPECT_THROW(prompt_of_box(rectangle(20, 20, 30, 50, 20), volume), Error);

@@ -188,6 +188,82 @@ TEST(Paint, BelongsToItsObjectWhateverTheOthersContain) {
   EXPECT_EQ(label_at(at + Eigen::Vector3d(0, 2, 0)), 1) << "the last stroke counts";
 }
 
+/// Opens a scene with a mesh in the first of some balls along the i axis of a long volume.
+void open_long_volume(Session& session, std::initializer_list<int> centres) {
+  VolumeGeometry geometry;
+  geometry.size = {160, 32, 32};
+  Volume image(geometry, VoxelType::Float32);
+  const std::span<float> voxels = image.voxels<float>();
+  std::size_t v = 0;
+  for (int k = 0; k < 32; ++k)
+    for (int j = 0; j < 32; ++j)
+      for (int i = 0; i < 160; ++i, ++v)
+        for (const int centre : centres)
+          if ((i - centre) * (i - centre) + (j - 16) * (j - 16) + (k - 16) * (k - 16) < 64)
+            voxels[v] = static_cast<float>(100 + (i * 7 + j * 3 + k) % 5);
+  Scene scene = ball_scene();
+  set(scene.forces, {"evidence", "source", 0});
+  scene.meshes[0].parameters = scene.forces;
+  scene.meshes[0].mesh = {}, scene.meshes[0].seed = {{20, 16, 16}, 6};
+  session.open(std::move(scene), std::move(image));
+}
+
+/// The box that paint enlarges may reach marks of other meshes, which its field did not receive.
+TEST(Paint, NearAnotherMeshStartsNoFurtherUpdates) {
+  Session session(make_cpu_engine(2), nullptr, 2);
+  open_long_volume(session, {20, 140});
+  const ItemId first = session.scene().meshes[0].id;
+  session.apply(AddMesh{"other", {{140, 16, 16}, 6}, std::nullopt, first});
+  session.advance_steps(100);
+  ASSERT_LT(session.scene().meshes[0].field->box.size[0], 100);
+  session.apply(ball_of_paint(first, {128, 16, 16}, 4, false));
+  ASSERT_GT(session.scene().meshes[0].field->box.size[0], 120);
+  const auto solved = session.scene().meshes[0].field->solved;
+  session.advance_steps(5);
+  EXPECT_EQ(session.scene().meshes[0].field->solved, solved);
+  EXPECT_FALSE(has_stale_field(session.scene(), session.scene().meshes[0], session.volume()));
+}
+
+TEST(Paint, FarAwayLeavesTheMeshWithItsStroke) {
+  Session session(make_cpu_engine(2), nullptr, 2);
+  open_long_volume(session, {20});
+  session.advance_steps(400, true);
+  const auto voxels_far_away = [&] {
+    const Mask mask = rasterise(first_mesh(session).mesh, session.volume().geometry());
+    int count = 0;
+    for (std::size_t p = 0; p < mask.voxels.size(); ++p) count += mask.voxels[p] != 0 && p % 160 > 80;
+    return count;
+  };
+  const ItemId stroke = session.apply(ball_of_paint(first_mesh(session).id, {130, 16, 16}, 7));
+  session.advance_steps(1500, true);
+  EXPECT_GT(voxels_far_away(), 1000);
+  session.apply(DeletePoint{stroke});
+  session.advance_steps(1500, true);
+  EXPECT_EQ(voxels_far_away(), 0);
+}
+
+TEST(Paint, OfALockedMeshCannotBeChanged) {
+  const auto session = open_settled();
+  const ItemId mesh = first_mesh(*session).id;
+  const ItemId stroke = session->apply(ball_of_paint(mesh, {20, 0, 0}, 4));
+  const ItemId mark = session->apply(AddPoint{mesh, {5, 0, 0}, MarkKind::Inside, 2});
+  session->apply(EditMesh{mesh, {}, {}, {}, {}, true});
+  for (const Command& command :
+       std::initializer_list<Command>{DeletePoint{stroke}, MovePoint{stroke, {0, 20, 0}}, ResizePoint{stroke, 2}})
+    EXPECT_NE(refusal(*session, command).find("locked"), std::string::npos);
+  session->apply(DeletePoint{mark});  // changes no label
+}
+
+TEST(Paint, OfADiscBetweenVoxelsChangesNothing) {
+  const auto session = open_settled();
+  const auto before = first_mesh(*session).field;
+  AddPoint stroke = ball_of_paint(first_mesh(*session).id, {0.1, 0.1, 0.3}, 3);
+  stroke.brush = PaintBrush::disc({0, 0, 1}, 0.01);
+  session->apply(stroke);
+  EXPECT_EQ(first_mesh(*session).field->box, before->box);
+  EXPECT_EQ(first_mesh(*session).field->values, before->values);
+}
+
 TEST(Paint, InvalidStrokesAreRefused) {
   const auto session = open_settled();
   AddPoint stroke = ball_of_paint(first_mesh(*session).id, {0, 0, 0}, 0);
@@ -198,6 +274,8 @@ TEST(Paint, InvalidStrokesAreRefused) {
   EXPECT_NE(refusal(*session, stroke).find("unit normal"), std::string::npos);
   stroke.brush = PaintBrush::disc({0, 0, 1}, 0);
   EXPECT_NE(refusal(*session, stroke).find("thickness"), std::string::npos);
+  stroke.brush = PaintBrush::ball(), stroke.radius_mm = 101;
+  EXPECT_NE(refusal(*session, stroke).find("100 mm"), std::string::npos);
 }
 
 /// Cells of several voxels: cells that paint covers in part have the mean of paint and field.

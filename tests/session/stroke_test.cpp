@@ -82,8 +82,13 @@ TEST(Strokes, InvalidPathsAreRefused) {
   stroke = outside_stroke(mesh);
   stroke.path_mm.emplace_back(NAN, 0, 0);
   EXPECT_THROW(session->apply(stroke), Error);
-  stroke.path_mm.assign(100'001, {1, 0, 0});
+  stroke.path_mm.assign(10'001, {1, 0, 0});
   EXPECT_THROW(session->apply(stroke), Error);
+  stroke.path_mm = {{1e8, 0, 0}};
+  EXPECT_NE(refusal(*session, stroke).find("2000"), std::string::npos);
+  stroke.path_mm = {{10, 0, 0}}, stroke.radius_mm = 1e-10;
+  EXPECT_NE(refusal(*session, stroke).find("2000"), std::string::npos);
+  stroke.radius_mm = 0;
   EXPECT_TRUE(session->scene().points.empty());
   // Parts of a path outside the image are not marks.
   stroke.path_mm = {{500, 0, 0}};

@@ -24,7 +24,7 @@ void StrokeTool::begin_paint(bool inside, const Eigen::Vector3d& at_mm, const Ei
 }
 
 void StrokeTool::resize_brush(double notches) {
-  constexpr double kStep = 1.15, kMostMm = 200;
+  constexpr double kStep = 1.15, kMostMm = 60;
   const double least_mm = 0.5 * workbench_.session().volume().geometry().spacing_mm.minCoeff();
   workbench_.view.brush_mm = std::clamp(workbench_.view.brush_mm * std::pow(kStep, notches), least_mm, kMostMm);
   workbench_.view_edited();
@@ -35,7 +35,9 @@ void StrokeTool::extend(const Eigen::Vector3d& at_mm) {
   if (!stroke_ || !geometry.contains(at_mm)) return;
   const Eigen::Vector3d last = stroke_->is_stroke() ? stroke_->path_mm.back() : Eigen::Vector3d(0, 0, 0);
   const Eigen::Vector3d offset = at_mm - stroke_->position_mm;
-  if ((offset - last).norm() >= 0.5 * geometry.spacing_mm.minCoeff()) stroke_->path_mm.push_back(offset);
+  // The vertices of a large brush may be farther apart: its stroke hardly differs.
+  const double least_mm = std::max(0.5 * geometry.spacing_mm.minCoeff(), 0.1 * stroke_->radius_mm);
+  if ((offset - last).norm() >= least_mm) stroke_->path_mm.push_back(offset);
 }
 
 void StrokeTool::finish() {

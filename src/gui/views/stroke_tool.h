@@ -16,7 +16,8 @@ class StrokeTool {
   void begin(MarkKind kind, const Eigen::Vector3d& at_mm);
   /// Begins paint or erasure in a slice with this unit normal, with the brush of the view state.
   void begin_paint(bool inside, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal);
-  /// Adds a vertex, unless it is nearer than half a voxel to the last one or outside the image.
+  /// Adds a vertex, unless it is nearer than half a voxel or a tenth of the brush to the last one, or outside the
+  /// image.
   void extend(const Eigen::Vector3d& at_mm);
   /// Adds the stroke to the scene; a failure becomes a message.
   void finish();

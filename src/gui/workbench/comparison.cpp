@@ -9,8 +9,8 @@
 #include "gui/look/widgets.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
-#include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
+#include "session/paint.h"
 #include "step/engine.h"
 
 namespace simplexseg {
@@ -226,10 +226,12 @@ void Comparison::measure() {
     double overlap = 0;
   };
   std::array<MeshItem, kSides> copies;
+  std::array<std::vector<PaintStroke>, kSides> paint;
   try {
     for (int s = 0; s < kSides; ++s) {
       const MeshItem* item = side(s).session().scene().find_mesh(mesh_);
       copies[s].mesh = item->mesh, copies[s].reference = item->reference;
+      paint[s] = paint_of(side(s).session().scene(), mesh_);
     }
   } catch (const std::exception&) {
     return;  // the device was lost while poses were read; the next step reports the loss
@@ -239,12 +241,12 @@ void Comparison::measure() {
   took.start();
   job_->start(
       tr("Measuring the segmentations..."),
-      [found, copies = std::move(copies), geometry = side(0).session().volume().geometry(),
+      [found, copies = std::move(copies), paint = std::move(paint), geometry = side(0).session().volume().geometry(),
        references = side(0).references()] {
         const std::optional<Mask> reference = references.mask_for(copies[0]);
         std::array<Mask, kSides> masks;
         for (int s = 0; s < kSides; ++s) {
-          masks[s] = rasterise(copies[s].mesh, geometry);
+          masks[s] = object_mask(copies[s].mesh, paint[s], geometry);
           found->of[s].volume_ml = simplexseg::measure(copies[s].mesh).volume_mm3 / 1000;
           if (reference) found->of[s].agreement = compare(*reference, masks[s]);
         }

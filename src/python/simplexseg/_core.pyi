@@ -140,7 +140,7 @@ class SceneMesh:
         *,
         radius: float = 0.0,
         outward: ArrayLike | None = None,
-        path: Sequence[ArrayLike] = [],
+        path: Sequence[ArrayLike] | None = None,
     ) -> ScenePoint: ...
     def paint(
         self,
