@@ -14,12 +14,13 @@ constexpr double kSeedShare = 0.35;   // radius of the seed, relative to half of
 constexpr double kLeastStroke = 0.5;  // shortest stroke along the longer side, relative to twice its radius
 constexpr double kOutsideVoxels = 5;  // distance of the outside strokes from the box, voxels
 
-/// Last place in the volume, up to the centres of its outer voxels, on the way from a place in it to another place.
+/// Last place in the volume on the way from a place in it to another place.
 Eigen::Vector3d last_inside(const VolumeGeometry& volume, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d start = volume.index_from_world() * from, along = volume.index_from_world() * to - start;
+  constexpr double kToFace = 0.49;  // from the centre of an outer voxel to the face of the volume, voxels
   double share = 1;
   for (int a = 0; a < 3; ++a) {
-    const double room = along[a] > 0 ? volume.size[a] - 1.0 - start[a] : start[a];
+    const double room = along[a] > 0 ? volume.size[a] - 1.0 + kToFace - start[a] : kToFace + start[a];
     if (std::abs(along[a]) > 1e-9) share = std::min(share, std::max(room, 0.0) / std::abs(along[a]));
   }
   return share == 1 ? to : from + share * (to - from);
@@ -43,8 +44,8 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
   if (reach_mm > kLeastStroke * radius_mm)
     for (const double side : {-1.0, 1.0})
       prompt.inside_path_mm.push_back(last_inside(volume, centre, centre + side * reach_mm * longer.normalized()));
-  // Large boxes have thicker strokes, which then have at most about 800 balls.
-  prompt.outside_radius_mm = std::clamp((u.norm() + v.norm()) / 100, voxel_mm, 3 * voxel_mm);
+  // Very large boxes have thicker strokes, which then have at most 1,600 balls.
+  prompt.outside_radius_mm = std::clamp((u.norm() + v.norm()) / 400, voxel_mm, 3 * voxel_mm);
   BoxCorners around;
   const double distance_mm = kOutsideVoxels * voxel_mm;
   for (int c = 0; c < 4; ++c) {
