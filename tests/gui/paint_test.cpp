@@ -2,7 +2,6 @@
 // Brush and eraser: tests send events and check the session and the picture.
 #include <QAction>
 #include <QTreeWidget>
-#include <QWheelEvent>
 
 #include "gui/look/theme.h"
 #include "gui/panels/point_panel.h"
@@ -21,24 +20,12 @@ class PaintTest : public PausedPhantomTest {
     return axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(x_mm, y_mm, 0));
   }
   void press(Act act) { window_->actions()[act]->trigger(); }
-  void wheel(const QPointF& at, int notches, Qt::KeyboardModifiers modifiers) {
-    QWheelEvent event(at, axial().mapToGlobal(at), {}, {0, 120 * notches}, Qt::NoButton, modifiers, Qt::NoScrollPhase,
-                      false);
-    QApplication::sendEvent(&axial(), &event);
-  }
   int label_at(const Eigen::Vector3d& offset_mm) {
     const Volume& volume = bench().session().volume();
     const LabelMap map = make_label_map(scene(), volume.geometry());
     const Eigen::Vector3d v = volume.geometry().index_from_world() * (bench().view.crosshair_mm + offset_mm);
     return map.labels.voxels<std::uint8_t>()[volume.offset(
         static_cast<int>(std::lround(v[0])), static_cast<int>(std::lround(v[1])), static_cast<int>(std::lround(v[2])))];
-  }
-  int count_pixels(const QColor& colour) {
-    const QImage picture = axial().grabFramebuffer();
-    int count = 0;
-    for (int y = 0; y < picture.height(); ++y)
-      for (int x = 0; x < picture.width(); ++x) count += picture.pixelColor(x, y) == colour;
-    return count;
   }
 };
 
@@ -75,14 +62,14 @@ TEST_F(PaintTest, TheBrushIsABallInThreeDimensions) {
 TEST_F(PaintTest, ShiftAndTheWheelChangeItsSize) {
   press(Act::ToolBrush);
   const double before = bench().view.brush_mm, slice = bench().view.crosshair_mm.z();
-  wheel(pixel(5, 5), 3, Qt::ShiftModifier);
+  wheel(axial(), pixel(5, 5), 3, Qt::ShiftModifier);
   EXPECT_GT(bench().view.brush_mm, 1.3 * before);
-  wheel(pixel(5, 5), -3, Qt::ShiftModifier);
+  wheel(axial(), pixel(5, 5), -3, Qt::ShiftModifier);
   EXPECT_NEAR(bench().view.brush_mm, before, 0.3 * before);
   EXPECT_EQ(bench().view.crosshair_mm.z(), slice);
-  wheel(pixel(5, 5), 1, Qt::NoModifier);
+  wheel(axial(), pixel(5, 5), 1, Qt::NoModifier);
   EXPECT_NE(bench().view.crosshair_mm.z(), slice) << "the wheel alone changes the slice";
-  for (int n = 0; n < 100; ++n) wheel(pixel(5, 5), -1, Qt::ShiftModifier);
+  for (int n = 0; n < 100; ++n) wheel(axial(), pixel(5, 5), -1, Qt::ShiftModifier);
   EXPECT_GE(bench().view.brush_mm, 0.4 * bench().session().volume().geometry().spacing_mm.minCoeff());
 }
 

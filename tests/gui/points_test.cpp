@@ -41,14 +41,6 @@ class PointsTest : public PausedPhantomTest {
     }
     return {};
   }
-  /// Number of pixels of this colour in the axial view.
-  int count_pixels(const QColor& colour) {
-    const QImage picture = axial().grabFramebuffer();
-    int count = 0;
-    for (int y = 0; y < picture.height(); ++y)
-      for (int x = 0; x < picture.width(); ++x) count += picture.pixelColor(x, y) == colour;
-    return count;
-  }
 };
 
 TEST_F(PointsTest, KeysPlaceInsideAndOutsidePointsUnderTheMouse) {

@@ -79,6 +79,14 @@ void PausedPhantomTest::SetUp() {
   bench().pause();
 }
 
+int WindowTest::count_pixels(const QColor& colour) {
+  const QImage picture = axial().grabFramebuffer();
+  int count = 0;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x) count += picture.pixelColor(x, y) == colour;
+  return count;
+}
+
 void WindowTest::open_phantom(double radius_mm) {
   Phantom phantom = make_phantom("sphere", {});
   Scene scene;

@@ -38,6 +38,8 @@ class WindowTest : public ::testing::Test {
   Workbench& bench() { return window_->workbench(); }
   const Scene& scene() { return bench().session().scene(); }
   SliceView& axial() { return window_->views().slice(0); }
+  /// Number of pixels of this colour in the axial view.
+  int count_pixels(const QColor& colour);
 
   static void mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::MouseButton button,
                     Qt::MouseButtons held, Qt::KeyboardModifiers modifiers = {});
