@@ -43,15 +43,15 @@ std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, cons
   return others;
 }
 
-std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& with_paint, const VolumeGeometry& geometry) {
-  const MeshField& field = with_paint.solved ? *with_paint.solved : with_paint;  // paint may have enlarged the box
+std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field, const VolumeGeometry& geometry) {
   if (field.values.empty()) return others;
+  const VoxelBox& box = field.solved ? field.solved->box : field.box;  // paint may have enlarged the box
   const Eigen::Affine3d index = cell_geometry(geometry, field.cell).index_from_world();
   std::erase_if(others, [&](const Mark& mark) {
     const Eigen::Vector3d centre = index * mark.position_mm;
     for (int a = 0; a < 3; ++a) {
-      const double reach = mark.radius_mm * index.linear().row(a).norm() + 0.5, at = centre[a] - field.box.first[a];
-      if (at + reach < 0 || at - reach > field.box.size[a] - 1) return true;
+      const double reach = mark.radius_mm * index.linear().row(a).norm() + 0.5, at = centre[a] - box.first[a];
+      if (at + reach < 0 || at - reach > box.size[a] - 1) return true;
     }
     return false;
   });

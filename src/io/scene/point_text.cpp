@@ -35,6 +35,7 @@ double read_radius(const JsonInput& input) {
 
 std::vector<Eigen::Vector3d> read_path(const JsonInput& input) {
   std::vector<Eigen::Vector3d> path;
+  path.reserve(input.size());
   for (int p = 0; p < input.size(); ++p) path.push_back(input[p].vector3());
   return path;
 }
