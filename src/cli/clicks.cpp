@@ -353,9 +353,9 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option(
          "--robot", options->robot,
          "Segmentation that is corrected, and the kind of clicks (docs/clicks.md): mark: field without a mesh, inside "
-         "and "
-         "outside marks; mesh: mesh, inside and outside marks; point: mesh, boundary points; grab: mesh, drags of the "
-         "surface; mixed: mesh, marks and drags; none: mesh without a field, boundary points")
+         "and outside marks; stroke: field, inside and outside strokes; box: field, a box instead of a seed, then "
+         "marks; mesh: mesh, inside and outside marks; point: mesh, boundary points; grab: mesh, drags of the surface; "
+         "mixed: mesh, marks and drags; none: mesh without a field, boundary points")
       .one_of({"mark", "stroke", "box", "mesh", "point", "grab", "mixed", "none"})
       .show_default();
   sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, as a multiple of the correct radius")

@@ -41,11 +41,15 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
   prompt.seed = {MarkKind::Inside, centre, radius_mm};
   const Eigen::Vector3d& longer = u.norm() > v.norm() ? u : v;
   const double reach_mm = kSeedShare * (longer.norm() - shorter_mm);
-  if (reach_mm > kLeastStroke * radius_mm)
-    for (const double side : {-1.0, 1.0})
-      prompt.inside_path_mm.push_back(last_inside(volume, centre, centre + side * reach_mm * longer.normalized()));
+  if (reach_mm > kLeastStroke * radius_mm) {
+    const Eigen::Vector3d along = reach_mm * longer.normalized();
+    prompt.strokes.push_back(
+        {MarkKind::Inside,
+         {last_inside(volume, centre, centre - along), last_inside(volume, centre, centre + along)},
+         radius_mm});
+  }
   // Very large boxes have thicker strokes, which then have at most 1,600 balls.
-  prompt.outside_radius_mm = std::clamp((u.norm() + v.norm()) / 400, voxel_mm, 3 * voxel_mm);
+  const double outside_radius_mm = std::clamp((u.norm() + v.norm()) / 400, voxel_mm, 3 * voxel_mm);
   BoxCorners around;
   const double distance_mm = kOutsideVoxels * voxel_mm;
   for (int c = 0; c < 4; ++c) {
@@ -61,8 +65,8 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
       continue;
     }
     const Eigen::Vector3d begin = last_inside(volume, middle, from), end = last_inside(volume, middle, to);
-    if (!in_stroke || begin != from) prompt.outside_paths_mm.push_back({begin});
-    prompt.outside_paths_mm.back().push_back(end);
+    if (!in_stroke || begin != from) prompt.strokes.push_back({MarkKind::Outside, {begin}, outside_radius_mm});
+    prompt.strokes.back().path_mm.push_back(end);
     in_stroke = end == to;
   }
   return prompt;
@@ -70,13 +74,11 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
 
 std::vector<Mark> BoxPrompt::marks() const {
   std::vector<Mark> all{seed};
-  const auto add = [&all](MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm, double radius_mm) {
-    const std::vector<Mark> stroke = marks_of_stroke(kind, path_mm, radius_mm);
-    all.insert(all.end(), stroke.begin(), stroke.end());
-    all[all.size() - stroke.size()].link = MarkLink::Update;
-  };
-  if (!inside_path_mm.empty()) add(MarkKind::Inside, inside_path_mm, seed.radius_mm);
-  for (const std::vector<Eigen::Vector3d>& path : outside_paths_mm) add(MarkKind::Outside, path, outside_radius_mm);
+  for (const Stroke& stroke : strokes) {
+    std::vector<Mark> marks = marks_of_stroke(stroke.kind, stroke.path_mm, stroke.radius_mm);
+    marks[0].link = MarkLink::Update;
+    all.insert(all.end(), marks.begin(), marks.end());
+  }
   return all;
 }
 

@@ -14,12 +14,17 @@ struct VolumeGeometry;
 /// Corners of a rectangle in a slice, in order, mm. Neighbouring sides are perpendicular and longer than 0.
 using BoxCorners = std::array<Eigen::Vector3d, 4>;
 
-/// Prompts that a box stands for. Origin of the values: docs/adr/0049-box.md.
+/// Prompts that a box stands for: a seed in its centre, with 0.35 of the half shorter side; a stroke of that radius
+/// along the longer side, unless it is short; and strokes around the box, 5 voxels away. Origin of the values:
+/// docs/adr/0049-box.md.
 struct BoxPrompt {
-  Mark seed;                                    ///< in the centre, 0.35 of the half shorter side
-  std::vector<Eigen::Vector3d> inside_path_mm;  ///< stroke of that radius along the longer side, or empty
-  std::vector<std::vector<Eigen::Vector3d>> outside_paths_mm;  ///< strokes around the box, 5 voxels away
-  double outside_radius_mm = 0;
+  struct Stroke {
+    MarkKind kind;
+    std::vector<Eigen::Vector3d> path_mm;
+    double radius_mm;
+  };
+  Mark seed;
+  std::vector<Stroke> strokes;
 
   /// Marks of the seed and of all strokes, in this order, applied in one update.
   std::vector<Mark> marks() const;

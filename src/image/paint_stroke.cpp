@@ -103,15 +103,10 @@ StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid) {
 }
 
 void apply(const PaintStroke& stroke, Mask& mask) {
-  const StrokeVoxels found = voxels_of(stroke, mask.geometry);
   const VoxelBox all{{0, 0, 0}, mask.geometry.size};
-  std::size_t v = 0;
-  for (int k = 0; k < found.box.size[2]; ++k)
-    for (int j = 0; j < found.box.size[1]; ++j)
-      for (int i = 0; i < found.box.size[0]; ++i, ++v)
-        if (found.voxels[v])
-          mask.voxels[all.offset(found.box.first[0] + i, found.box.first[1] + j, found.box.first[2] + k)] =
-              stroke.inside;
+  voxels_of(stroke, mask.geometry).for_each([&](int i, int j, int k) {
+    mask.voxels[all.offset(i, j, k)] = stroke.inside;
+  });
 }
 
 }  // namespace simplexseg

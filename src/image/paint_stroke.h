@@ -39,6 +39,16 @@ struct PaintStroke {
 struct StrokeVoxels {
   VoxelBox box{};  ///< lies in the grid; empty (size 0) if the stroke sets no voxel
   std::vector<std::uint8_t> voxels;
+
+  /// Calls use(i, j, k) with the index in the grid of each voxel that the stroke sets.
+  template <class Use>
+  void for_each(const Use& use) const {
+    std::size_t v = 0;
+    for (int k = 0; k < box.size[2]; ++k)
+      for (int j = 0; j < box.size[1]; ++j)
+        for (int i = 0; i < box.size[0]; ++i, ++v)
+          if (voxels[v]) use(box.first[0] + i, box.first[1] + j, box.first[2] + k);
+  }
 };
 /// Voxels of a grid whose centres are within the radius of the path, and those nearest to a vertex. For a disc,
 /// distances are those in its slice, and only voxels at most half of the thickness from it are set (at exactly half: on

@@ -8,6 +8,7 @@
 #include "forces/step_view.h"
 #include "image/distance_map.h"
 #include "image/label_surface.h"
+#include "image/paint_stroke.h"
 #include "image/rasterise.h"
 #include "image/voxel_rows.h"
 
@@ -39,29 +40,10 @@ void paint_boundary(Mask& mask, const Mark& mark) {
     distance_mm += 0.5 * voxel_mm;
   if (distance_mm >= kMaxVoxels * voxel_mm) distance_mm = 0;  // no surface in that direction
   const double radius_mm = std::max(distance_mm, kMinVoxels * voxel_mm);
-  paint_ball(mask, mark.position_mm + radius_mm * direction, radius_mm, inside ? 0 : 1);
+  apply({!inside, {mark.position_mm + radius_mm * direction}, radius_mm}, mask);
 }
 
 }  // namespace
-
-void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, std::uint8_t value) {
-  const VolumeGeometry& geometry = mask.geometry;
-  const Eigen::Affine3d world = geometry.world_from_index(), index = geometry.index_from_world();
-  const Eigen::Vector3d centre = index * centre_mm;
-  std::array<int, 3> low, high;
-  for (int a = 0; a < 3; ++a) {
-    const double reach = radius_mm * index.linear().row(a).norm() + 0.5;
-    low[a] = std::max(static_cast<int>(std::ceil(centre[a] - reach)), 0);
-    high[a] = std::min(static_cast<int>(std::floor(centre[a] + reach)), geometry.size[a] - 1);
-  }
-  for (int k = low[2]; k <= high[2]; ++k)
-    for (int j = low[1]; j <= high[1]; ++j)
-      for (int i = low[0]; i <= high[0]; ++i) {
-        const Eigen::Vector3d at(i, j, k);
-        if ((at - centre).cwiseAbs().maxCoeff() <= 0.5 || (world * at - centre_mm).norm() <= radius_mm)
-          mask.voxels[(static_cast<std::size_t>(k) * geometry.size[1] + j) * geometry.size[0] + i] = value;
-      }
-}
 
 FieldValue field_value_of(const VolumeGeometry& geometry) {
   const float voxel_mm = static_cast<float>(geometry.spacing_mm.minCoeff());
@@ -71,13 +53,13 @@ FieldValue field_value_of(const VolumeGeometry& geometry) {
 MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, const std::vector<Mark>& others,
                          const VolumeGeometry& geometry, const RunJobs& run) {
   Mask mask = rasterise(start, geometry);
-  for (const Mark& other : others) paint_ball(mask, other.position_mm, other.radius_mm, 0);
+  for (const Mark& other : others) apply({false, {other.position_mm}, other.radius_mm}, mask);
   for (std::size_t m = 1; m < marks.size(); ++m) {  // the first mark is the seed, which `start` replaces
     const Mark& mark = marks[m];
     if (mark.kind == MarkKind::Boundary)
       paint_boundary(mask, mark);
     else
-      paint_ball(mask, mark.position_mm, mark.radius_mm, mark.kind == MarkKind::Inside);
+      apply({mark.kind == MarkKind::Inside, {mark.position_mm}, mark.radius_mm}, mask);
   }
   MeshField field;
   field.box = bounding_box(mask, mask);

@@ -14,10 +14,6 @@
 
 namespace simplexseg {
 
-/// Sets to `value` (0 or 1) the voxels whose centres lie in a ball, and the voxel nearest to the centre of the ball.
-/// Ignores voxels outside the mask.
-void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, std::uint8_t value);
-
 /// Encoding of field values (FieldBox in src/forces/step_view.h) for a grid of voxels. Voxels of the object and voxels
 /// within two smallest voxel spacings of it get the foreground probability, moved to the correct side of the threshold
 /// if necessary. Voxels farther away get the encoded distance to the object.

@@ -39,24 +39,17 @@ void set_painted_voxels(const Scene& scene, const VolumeGeometry& geometry, std:
     const UserPoint& point = scene.points[p];
     if (!point.is_paint() || point.kind != MarkKind::Inside) continue;
     StrokeVoxels stroke = voxels_of(paint_stroke_of(point), geometry);
-    const auto for_each_voxel = [&](const StrokeVoxels& of, auto&& use) {
-      std::size_t v = 0;
-      for (int k = 0; k < of.box.size[2]; ++k)
-        for (int j = 0; j < of.box.size[1]; ++j)
-          for (int i = 0; i < of.box.size[0]; ++i, ++v)
-            if (of.voxels[v]) use(of.box.first[0] + i, of.box.first[1] + j, of.box.first[2] + k);
-    };
-    // Later strokes of the eraser take voxels out of the same object again.
+    // Later strokes of the eraser remove voxels of the same object again.
     for (std::size_t later = p + 1; later < scene.points.size(); ++later) {
       const UserPoint& eraser = scene.points[later];
       if (!eraser.is_paint() || eraser.kind == MarkKind::Inside || eraser.mesh != point.mesh) continue;
-      for_each_voxel(voxels_of(paint_stroke_of(eraser), geometry, stroke.box), [&](int i, int j, int k) {
+      voxels_of(paint_stroke_of(eraser), geometry, stroke.box).for_each([&](int i, int j, int k) {
         stroke.voxels[stroke.box.offset(i - stroke.box.first[0], j - stroke.box.first[1], k - stroke.box.first[2])] = 0;
       });
     }
     const MeshItem* const item = scene.find_mesh(point.mesh);
     if (!item || item->mesh.positions.empty()) continue;
-    for_each_voxel(stroke, [&](int i, int j, int k) { voxels[all.offset(i, j, k)] = static_cast<T>(item->label); });
+    stroke.for_each([&](int i, int j, int k) { voxels[all.offset(i, j, k)] = static_cast<T>(item->label); });
   }
 }
 

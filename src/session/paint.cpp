@@ -33,19 +33,10 @@ class PaintedCells {
   }
 
   void add(const PaintStroke& stroke) {
-    const StrokeVoxels found = voxels_of(stroke, samples_);
-    std::size_t v = 0;
-    for (int k = 0; k < found.box.size[2]; ++k)
-      for (int j = 0; j < found.box.size[1]; ++j)
-        for (int i = 0; i < found.box.size[0]; ++i, ++v) {
-          if (!found.voxels[v]) continue;
-          const std::array<int, 3> at{found.box.first[0] + i, found.box.first[1] + j, found.box.first[2] + k};
-          std::array<int, 3> cell, in_cell;
-          for (int a = 0; a < 3; ++a) cell[a] = at[a] / per_axis_, in_cell[a] = at[a] % per_axis_;
-          samples_of_[all_.offset(cell[0], cell[1], cell[2])]
-                     [(in_cell[2] * per_axis_ + in_cell[1]) * per_axis_ + in_cell[0]] =
-                         stroke.inside ? Painted::Inside : Painted::Outside;
-        }
+    voxels_of(stroke, samples_).for_each([&](int i, int j, int k) {
+      const int n = per_axis_, sample = (k % n * n + j % n) * n + i % n;
+      samples_of_[all_.offset(i / n, j / n, k / n)][sample] = stroke.inside ? Painted::Inside : Painted::Outside;
+    });
   }
 
   bool empty() const { return samples_of_.empty(); }

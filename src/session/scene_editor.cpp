@@ -64,15 +64,13 @@ void SceneEditor::refuse_locked_paint(const UserPoint& point) {
 }
 
 void SceneEditor::add_strokes(const BoxPrompt& box, ItemId mesh) {
-  const auto add = [&](MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm, double radius_mm) {
-    UserPoint point{next_id_++, mesh, path_mm.front(), kind, radius_mm};
-    for (std::size_t p = 1; p < path_mm.size(); ++p) point.path_mm.emplace_back(path_mm[p] - path_mm.front());
+  for (const BoxPrompt::Stroke& stroke : box.strokes) {
+    UserPoint point{next_id_++, mesh, stroke.path_mm.front(), stroke.kind, stroke.radius_mm};
+    for (std::size_t p = 1; p < stroke.path_mm.size(); ++p)
+      point.path_mm.emplace_back(stroke.path_mm[p] - point.position_mm);
     point.continues = true;
     scene_.points.push_back(std::move(point));
-  };
-  if (!box.inside_path_mm.empty()) add(MarkKind::Inside, box.inside_path_mm, box.seed.radius_mm);
-  for (const std::vector<Eigen::Vector3d>& path_mm : box.outside_paths_mm)
-    add(MarkKind::Outside, path_mm, box.outside_radius_mm);
+  }
 }
 
 SceneChange SceneEditor::execute(const DeleteMesh& command) {

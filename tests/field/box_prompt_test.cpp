@@ -21,14 +21,23 @@ BoxCorners rectangle(double x0, double x1, double y0, double y1, double z) {
   return {Eigen::Vector3d(x0, y0, z), {x1, y0, z}, {x1, y1, z}, {x0, y1, z}};
 }
 
+std::vector<std::vector<Eigen::Vector3d>> paths(const BoxPrompt& prompt, MarkKind kind) {
+  std::vector<std::vector<Eigen::Vector3d>> paths;
+  for (const BoxPrompt::Stroke& stroke : prompt.strokes)
+    if (stroke.kind == kind) paths.push_back(stroke.path_mm);
+  return paths;
+}
+
 TEST(BoxPrompt, HasASeedInItsCentreAndSurroundsTheBox) {
   const BoxPrompt prompt = prompt_of_box(rectangle(20, 60, 30, 50, 20), volume_of({100, 100, 40}));
   EXPECT_EQ(prompt.seed.position_mm, Eigen::Vector3d(40, 40, 20));
   EXPECT_DOUBLE_EQ(prompt.seed.radius_mm, 3.5);
-  ASSERT_EQ(prompt.inside_path_mm.size(), 2u);
-  EXPECT_LT((prompt.inside_path_mm[1] - Eigen::Vector3d(43.5, 40, 20)).norm(), 1e-9);
-  ASSERT_EQ(prompt.outside_paths_mm.size(), 1u);
-  const std::vector<Eigen::Vector3d>& path = prompt.outside_paths_mm[0];
+  ASSERT_EQ(paths(prompt, MarkKind::Inside).size(), 1u);
+  const std::vector<Eigen::Vector3d> inside = paths(prompt, MarkKind::Inside)[0];
+  ASSERT_EQ(inside.size(), 2u);
+  EXPECT_LT((inside[1] - Eigen::Vector3d(43.5, 40, 20)).norm(), 1e-9);
+  ASSERT_EQ(paths(prompt, MarkKind::Outside).size(), 1u);
+  const std::vector<Eigen::Vector3d> path = paths(prompt, MarkKind::Outside)[0];
   ASSERT_EQ(path.size(), 5u);
   EXPECT_LT((path[0] - Eigen::Vector3d(15, 25, 20)).norm(), 1e-9);
   EXPECT_LT((path[2] - Eigen::Vector3d(65, 55, 20)).norm(), 1e-9);
@@ -39,18 +48,18 @@ TEST(BoxPrompt, HasASeedInItsCentreAndSurroundsTheBox) {
 }
 
 TEST(BoxPrompt, OfASquareHasNoStrokeInside) {
-  EXPECT_TRUE(prompt_of_box(rectangle(20, 50, 30, 60, 20), volume_of({100, 100, 40})).inside_path_mm.empty());
+  EXPECT_TRUE(paths(prompt_of_box(rectangle(20, 50, 30, 60, 20), volume_of({100, 100, 40})), MarkKind::Inside).empty());
 }
 
 TEST(BoxPrompt, LeavesOutSidesBeyondTheVolume) {
   const VolumeGeometry volume = volume_of({100, 100, 40});
-  const BoxPrompt left = prompt_of_box(rectangle(2, 40, 30, 60, 20), volume);
-  ASSERT_EQ(left.outside_paths_mm.size(), 1u) << "the three other sides are one stroke";
-  EXPECT_EQ(left.outside_paths_mm[0].size(), 4u);
-  for (const Eigen::Vector3d& vertex : left.outside_paths_mm[0]) EXPECT_TRUE(volume.contains(vertex));
-  const BoxPrompt both = prompt_of_box(rectangle(2, 98, 30, 60, 20), volume);
-  EXPECT_EQ(both.outside_paths_mm.size(), 2u) << "above and below";
-  EXPECT_TRUE(prompt_of_box(rectangle(-1, 100, -1, 100, 20), volume).outside_paths_mm.empty());
+  const auto left = paths(prompt_of_box(rectangle(2, 40, 30, 60, 20), volume), MarkKind::Outside);
+  ASSERT_EQ(left.size(), 1u) << "the three other sides are one stroke";
+  EXPECT_EQ(left[0].size(), 4u);
+  for (const Eigen::Vector3d& vertex : left[0]) EXPECT_TRUE(volume.contains(vertex));
+  const auto both = paths(prompt_of_box(rectangle(2, 98, 30, 60, 20), volume), MarkKind::Outside);
+  EXPECT_EQ(both.size(), 2u) << "above and below";
+  EXPECT_TRUE(paths(prompt_of_box(rectangle(-1, 100, -1, 100, 20), volume), MarkKind::Outside).empty());
 }
 
 /// In a volume that is turned, the corners of a side may lie outside and its middle inside.
@@ -59,9 +68,9 @@ TEST(BoxPrompt, NoStrokeEntersTheBoxInATurnedVolume) {
   volume.size = {101, 101, 3};
   volume.direction = Eigen::AngleAxisd(M_PI / 4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   volume.origin_mm = -(volume.direction * Eigen::Vector3d(50, 50, 1));
-  const BoxPrompt prompt = prompt_of_box(rectangle(-40, 40, -40, 60, 0), volume);
-  EXPECT_FALSE(prompt.outside_paths_mm.empty());
-  for (const std::vector<Eigen::Vector3d>& path : prompt.outside_paths_mm)
+  const auto outside = paths(prompt_of_box(rectangle(-40, 40, -40, 60, 0), volume), MarkKind::Outside);
+  EXPECT_FALSE(outside.empty());
+  for (const std::vector<Eigen::Vector3d>& path : outside)
     for (const Eigen::Vector3d& vertex : path) {
       EXPECT_TRUE(volume.contains(vertex)) << vertex.transpose();
       EXPECT_TRUE(std::abs(vertex.x()) > 44.9 || std::abs(vertex.y() - 10) > 54.9) << vertex.transpose();

@@ -37,11 +37,7 @@ PaintOutline outline_of(std::span<const PaintStroke> strokes, const SliceGrid& s
   if (found.empty()) return outline;
   std::vector<State> state(static_cast<std::size_t>(slice.width) * slice.height, kNot);
   for (const auto& [voxels, set] : found) {
-    std::size_t v = 0;
-    for (int j = 0; j < voxels.box.size[1]; ++j)
-      for (int i = 0; i < voxels.box.size[0]; ++i, ++v)
-        if (voxels.voxels[v])
-          state[static_cast<std::size_t>(voxels.box.first[1] + j) * slice.width + voxels.box.first[0] + i] = set;
+    voxels.for_each([&, set = set](int i, int j, int) { state[static_cast<std::size_t>(j) * slice.width + i] = set; });
   }
   const auto state_at = [&](int i, int j) {
     if (i < 0 || j < 0 || i >= slice.width || j >= slice.height) return kNot;
