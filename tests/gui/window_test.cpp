@@ -422,10 +422,11 @@ TEST_F(PausedPhantomTest, TheSpaceViewIsDrawnLessOftenThanTheSlicesBySoftware) {
     last_change_s = FrameStatistics::now_s();
     ASSERT_TRUE(wait_until([&] { return slices > before; }));
   }
-  const double seconds = last_change_s - start_s;
-  EXPECT_GE(spaces, 1);
-  EXPECT_LE(spaces, 1 + static_cast<int>(seconds / 0.1) + 1) << "in " << seconds << " s";
+  const double frame_s = (last_change_s - start_s) / slices;
+  const int spaces_meanwhile = spaces;
   EXPECT_TRUE(wait_until([&] { return last_paint_s > last_change_s; })) << "the last change is shown";
+  if (frame_s > 0.04) GTEST_SKIP() << "skipped: frames of " << frame_s << " s need no limit";
+  EXPECT_LT(2 * spaces_meanwhile, slices) << "in frames of " << frame_s << " s";
 }
 
 }  // namespace
