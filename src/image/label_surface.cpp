@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "image/gaussian.h"
 #include "mesh/iso_surface.h"
 #include "mesh/mesh_geometry.h"
 #include "mesh/remesh.h"
@@ -13,7 +14,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kReach = 3;             // radius of the truncated Gaussian, voxels
+constexpr int kReach = 3;             // margin for the smoothing, voxels
 constexpr float kMinMargin = 0.12f;   // smallest difference of a voxel from the threshold (0.19 at a flat face)
 constexpr double kEdgeVoxels = 1.25;  // default edge length of the triangles, voxels
 constexpr int kPasses = 10;           // relaxation passes
@@ -42,29 +43,6 @@ void each_voxel(const Mask& mask, const VoxelBox& box, F&& f) {
       for (int i = std::max(0, -box.first[0]); i < std::min(box.size[0], ni - box.first[0]); ++i)
         f(box.offset(i, j, k),
           mask.voxels[(static_cast<std::size_t>(k + box.first[2]) * nj + j + box.first[1]) * ni + i + box.first[0]]);
-}
-
-/// Applies one axis of a separable Gaussian with a standard deviation of one voxel; values beyond the box are 0.
-void smooth_along(std::vector<float>& values, const VoxelBox& box, int axis) {
-  std::array<float, kReach + 1> weight;
-  float sum = 0;
-  for (int r = 0; r <= kReach; ++r) sum += (r ? 2 : 1) * (weight[r] = std::exp(-0.5f * static_cast<float>(r * r)));
-  for (float& w : weight) w /= sum;
-  const std::size_t stride = axis == 0   ? 1
-                             : axis == 1 ? static_cast<std::size_t>(box.size[0])
-                                         : static_cast<std::size_t>(box.size[0]) * box.size[1];
-  const int length = box.size[axis];
-  std::vector<float> line(static_cast<std::size_t>(length) + 2 * kReach);
-  const std::size_t lines = box.voxel_count() / static_cast<std::size_t>(length);
-  for (std::size_t n = 0; n < lines; ++n) {
-    float* const first = values.data() + n / stride * stride * static_cast<std::size_t>(length) + n % stride;
-    for (int i = 0; i < length; ++i) line[i + kReach] = first[i * stride];
-    for (int i = 0; i < length; ++i) {
-      float value = weight[0] * line[i + kReach];
-      for (int r = 1; r <= kReach; ++r) value += weight[r] * (line[i + kReach - r] + line[i + kReach + r]);
-      first[i * stride] = value;
-    }
-  }
 }
 
 SmoothedMask smoothed(const Mask& mask) {
@@ -121,9 +99,9 @@ constexpr int kSteps[14][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},   
 
 std::vector<float> smoothed_voxels(const std::vector<std::uint8_t>& set, const VoxelBox& box) {
   std::vector<float> once(set.begin(), set.end());
-  for (int axis = 0; axis < 3; ++axis) smooth_along(once, box, axis);
+  smooth_gaussian(once, box, {1, 1, 1});
   std::vector<float> twice = once;
-  for (int axis = 0; axis < 3; ++axis) smooth_along(twice, box, axis);
+  smooth_gaussian(twice, box, {1, 1, 1});
   for (std::size_t v = 0; v < once.size(); ++v) once[v] = 2 * once[v] - twice[v];
   return once;
 }

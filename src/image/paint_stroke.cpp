@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/paint_stroke.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/expect.h"
@@ -15,19 +17,23 @@ double square_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a, con
   return (to - t * along).squaredNorm();
 }
 
-/// Voxels of `within` whose centres may be within the radius of two places.
-VoxelBox box_around(const Eigen::Vector3d& a_index, const Eigen::Vector3d& b_index, double radius_mm,
-                    const Eigen::Matrix3d& index_from_mm, const VoxelBox& within) {
+/// Voxels of `within` whose indices lie between two places.
+VoxelBox box_between(const Eigen::Vector3d& low, const Eigen::Vector3d& high, const VoxelBox& within) {
   VoxelBox box{};
   for (int a = 0; a < 3; ++a) {
-    const double reach = radius_mm * index_from_mm.row(a).norm() + 0.5;
-    const double low = std::min(a_index[a], b_index[a]) - reach, high = std::max(a_index[a], b_index[a]) + reach;
     const double first = within.first[a], last = first + within.size[a] - 1.0;
-    box.first[a] = static_cast<int>(std::clamp(std::ceil(low), first, last + 1));
-    box.size[a] = static_cast<int>(std::clamp(std::floor(high), first - 1, last)) - box.first[a] + 1;
+    box.first[a] = static_cast<int>(std::clamp(std::ceil(low[a]), first, last + 1));
+    box.size[a] = static_cast<int>(std::clamp(std::floor(high[a]), first - 1, last)) - box.first[a] + 1;
     box.size[a] = std::max(box.size[a], 0);
   }
   return box;
+}
+
+/// Voxels of `within` whose centres may be within the radius of two places.
+VoxelBox box_around(const Eigen::Vector3d& a_index, const Eigen::Vector3d& b_index, double radius_mm,
+                    const Eigen::Matrix3d& index_from_mm, const VoxelBox& within) {
+  const Eigen::Vector3d reach = (radius_mm * index_from_mm.rowwise().norm()).array() + 0.5;
+  return box_between(a_index.cwiseMin(b_index) - reach, a_index.cwiseMax(b_index) + reach, within);
 }
 
 void extend(VoxelBox& box, const VoxelBox& by) {
@@ -43,10 +49,9 @@ void extend(VoxelBox& box, const VoxelBox& by) {
   }
 }
 
-}  // namespace
+VoxelPaint paint_of(const PaintStroke& stroke) { return stroke.inside ? VoxelPaint::Inside : VoxelPaint::Outside; }
 
-StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
-  SIMPLEXSEG_EXPECT(!stroke.vertices_mm.empty());
+StrokeVoxels voxels_of_brush(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
   const Eigen::Affine3d world = grid.world_from_index(), index = world.inverse();
   const bool is_disc = stroke.brush.shape == PaintBrush::Shape::Disc;
   const Eigen::Vector3d& normal = stroke.brush.normal;
@@ -69,9 +74,10 @@ StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid, co
   };
   StrokeVoxels found;
   for (std::size_t s = 0; s < segments; ++s) extend(found.box, box_of(s));
-  found.voxels.assign(found.box.voxel_count(), 0);
+  found.voxels.assign(found.box.voxel_count(), VoxelPaint::None);
+  const VoxelPaint set = paint_of(stroke);
   if (found.voxels.empty()) return {};
-  const auto at = [&](int i, int j, int k) -> std::uint8_t& {
+  const auto at = [&](int i, int j, int k) -> VoxelPaint& {
     return found.voxels[found.box.offset(i - found.box.first[0], j - found.box.first[1], k - found.box.first[2])];
   };
   const double square_mm = stroke.radius_mm * stroke.radius_mm;
@@ -81,11 +87,11 @@ StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid, co
     for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
       for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j)
         for (int i = box.first[0]; i < box.first[0] + box.size[0]; ++i) {
-          std::uint8_t& voxel = at(i, j, k);
-          if (voxel) continue;
+          VoxelPaint& voxel = at(i, j, k);
+          if (voxel == set) continue;
           const Eigen::Vector3d mm = world * Eigen::Vector3d(i, j, k);
           if (!is_in_slice(mm)) continue;
-          voxel = square_to_segment(in_plane(mm), a, b) <= square_mm;
+          if (square_to_segment(in_plane(mm), a, b) <= square_mm) voxel = set;
         }
   }
   for (const Eigen::Vector3d& vertex : vertices) {
@@ -93,9 +99,123 @@ StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid, co
     bool in_box = is_in_slice(world * nearest);
     for (int a = 0; a < 3; ++a)
       in_box &= nearest[a] >= found.box.first[a] && nearest[a] < found.box.first[a] + found.box.size[a];
-    if (in_box) at(static_cast<int>(nearest[0]), static_cast<int>(nearest[1]), static_cast<int>(nearest[2])) = 1;
+    if (in_box) at(static_cast<int>(nearest[0]), static_cast<int>(nearest[1]), static_cast<int>(nearest[2])) = set;
   }
   return found;
+}
+
+/// Winding number of a closed contour about a place in its plane. Method: Sunday 2001, Inclusion of a Point in a
+/// Polygon.
+int winding_number(const std::vector<Eigen::Vector2d>& contour, const Eigen::Vector2d& p) {
+  int winding = 0;
+  for (std::size_t n = 0; n < contour.size(); ++n) {
+    const Eigen::Vector2d &a = contour[n], &b = contour[(n + 1) % contour.size()];
+    if ((a[1] <= p[1]) == (b[1] <= p[1])) continue;
+    const Eigen::Vector2d along = b - a, to = p - a;
+    const double left = along[0] * to[1] - along[1] * to[0];
+    if (b[1] > p[1] && left > 0) ++winding;
+    if (b[1] <= p[1] && left < 0) --winding;
+  }
+  return winding;
+}
+
+/// Voxels of `within` in which the interior of a contour may lie.
+VoxelBox box_of_contour(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
+  const Eigen::Affine3d index = grid.index_from_world();
+  const Eigen::Vector3d extent_mm = grid.spacing_mm.cwiseProduct(
+      Eigen::Vector3d(grid.size[0], grid.size[1], grid.size[2]));  // a longer way leaves the volume
+  const double reach_mm = stroke.brush.thickness_mm > 0
+                              ? 0.5 * stroke.brush.thickness_mm
+                              : extent_mm.norm() + (stroke.vertices_mm[0] - grid.centre_mm()).norm();
+  Eigen::Vector3d low = index * stroke.vertices_mm[0], high = low;
+  for (const Eigen::Vector3d& vertex : stroke.vertices_mm)
+    for (const double side_mm : {-reach_mm, reach_mm}) {
+      const Eigen::Vector3d at = index * (vertex + side_mm * stroke.brush.normal);
+      low = low.cwiseMin(at), high = high.cwiseMax(at);
+    }
+  const Eigen::Vector3d rounding = Eigen::Vector3d::Constant(1e-6);
+  return box_between(low - rounding, high + rounding, within);
+}
+
+StrokeVoxels voxels_of_contour(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
+  const Eigen::Affine3d world = grid.world_from_index();
+  const Eigen::Vector3d &normal = stroke.brush.normal, origin = stroke.vertices_mm[0];
+  const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
+  const auto in_plane = [&](const Eigen::Vector3d& mm) {
+    return Eigen::Vector2d(u.dot(mm - origin), v.dot(mm - origin));
+  };
+  std::vector<Eigen::Vector2d> contour;
+  for (const Eigen::Vector3d& vertex : stroke.vertices_mm) contour.push_back(in_plane(vertex));
+  StrokeVoxels found{box_of_contour(stroke, grid, within), {}};
+  found.voxels.assign(found.box.voxel_count(), VoxelPaint::None);
+  if (found.voxels.empty()) return {};
+  // Along an axis that is parallel to the normal, all voxels have the same place in the plane.
+  int along = 3;
+  for (int a = 0; a < 3; ++a)
+    if (in_plane(origin + world.linear().col(a)).norm() < 1e-9 * world.linear().col(a).norm()) along = a;
+  enum class Enclosed : std::uint8_t { Unknown, No, Yes };
+  std::array<int, 3> layer = found.box.size;
+  if (along < 3) layer[along] = 1;
+  const VoxelBox columns{{0, 0, 0}, layer};
+  std::vector<Enclosed> enclosed(columns.voxel_count(), Enclosed::Unknown);
+  const double half = 0.5 * stroke.brush.thickness_mm;
+  std::size_t voxel = 0;
+  for (int k = 0; k < found.box.size[2]; ++k)
+    for (int j = 0; j < found.box.size[1]; ++j)
+      for (int i = 0; i < found.box.size[0]; ++i, ++voxel) {
+        const Eigen::Vector3d mm =
+            world * Eigen::Vector3d(found.box.first[0] + i, found.box.first[1] + j, found.box.first[2] + k);
+        const double off = normal.dot(mm - origin);
+        if (half > 0 && !(off >= -half && off < half)) continue;
+        Enclosed& column = enclosed[columns.offset(along == 0 ? 0 : i, along == 1 ? 0 : j, along == 2 ? 0 : k)];
+        if (column == Enclosed::Unknown)
+          column = winding_number(contour, in_plane(mm)) != 0 ? Enclosed::Yes : Enclosed::No;
+        if (column == Enclosed::Yes) found.voxels[voxel] = paint_of(stroke);
+      }
+  return found;
+}
+
+StrokeVoxels voxels_of_set(const PaintVoxels& set, const VolumeGeometry& grid, const VoxelBox& within) {
+  const VoxelBox all{{0, 0, 0}, set.box.size};
+  const Eigen::Affine3d from_grid = set.box.index_from_world() * grid.world_from_index();
+  const Eigen::Affine3d to_grid = grid.index_from_world() * set.box.world_from_index();
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d at;
+    for (int a = 0; a < 3; ++a) at[a] = (corner >> a & 1) != 0 ? set.box.size[a] - 0.5 : -0.5;
+    at = to_grid * at;
+    low = low.cwiseMin(at), high = high.cwiseMax(at);
+  }
+  StrokeVoxels found{box_between(low, high, within), {}};
+  found.voxels.assign(found.box.voxel_count(), VoxelPaint::None);
+  if (found.voxels.empty()) return {};
+  std::size_t voxel = 0;
+  for (int k = 0; k < found.box.size[2]; ++k)
+    for (int j = 0; j < found.box.size[1]; ++j)
+      for (int i = 0; i < found.box.size[0]; ++i, ++voxel) {
+        const Eigen::Vector3d at =
+            from_grid * Eigen::Vector3d(found.box.first[0] + i, found.box.first[1] + j, found.box.first[2] + k);
+        std::array<int, 3> index;
+        bool in = true;
+        for (int a = 0; a < 3; ++a) {
+          index[a] = static_cast<int>(std::floor(at[a] + 0.5));
+          in = in && index[a] >= 0 && index[a] < set.box.size[a];
+        }
+        if (in) found.voxels[voxel] = set.voxels[all.offset(index[0], index[1], index[2])];
+      }
+  return found;
+}
+
+}  // namespace
+
+StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
+  if (stroke.brush.shape == PaintBrush::Shape::Voxels) {
+    SIMPLEXSEG_EXPECT(stroke.voxels);
+    return voxels_of_set(*stroke.voxels, grid, within);
+  }
+  SIMPLEXSEG_EXPECT(!stroke.vertices_mm.empty());
+  return stroke.brush.shape == PaintBrush::Shape::Contour ? voxels_of_contour(stroke, grid, within)
+                                                          : voxels_of_brush(stroke, grid, within);
 }
 
 StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid) {
@@ -104,8 +224,8 @@ StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid) {
 
 void apply(const PaintStroke& stroke, Mask& mask) {
   const VoxelBox all{{0, 0, 0}, mask.geometry.size};
-  voxels_of(stroke, mask.geometry).for_each([&](int i, int j, int k) {
-    mask.voxels[all.offset(i, j, k)] = stroke.inside;
+  voxels_of(stroke, mask.geometry).for_each([&](int i, int j, int k, bool inside) {
+    mask.voxels[all.offset(i, j, k)] = inside;
   });
 }
 

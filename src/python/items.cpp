@@ -83,14 +83,38 @@ ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const st
   return {{mesh.session, apply(*mesh.session, command)}};
 }
 
+/// Edit with a name; throws Error unless it uses a stroke or not, as asked.
+VoxelEdit voxel_edit_of(const std::string& name, bool uses_stroke) {
+  std::string names;
+  for (const VoxelEditInfo& info : voxel_edits()) {
+    if (info.uses_stroke != uses_stroke) continue;
+    if (name == info.name) return info.edit;
+    names += (names.empty() ? "" : ", ") + std::string(info.name);
+  }
+  throw Error("the edit '" + name + "'", "it is unknown here", "use one of " + names);
+}
+
+ScenePoint edit_voxels(const SceneMesh& mesh, const std::string& name, const std::optional<double>& size,
+                       const std::optional<SceneMesh>& other) {
+  const VoxelEdit edit = voxel_edit_of(name, false);
+  const double default_size = info_of(edit).size.default_value;
+  return {{mesh.session,
+           apply(*mesh.session, EditVoxels{mesh.id, edit, size.value_or(default_size), other ? other->id : 0})}};
+}
+
 ScenePoint paint(const SceneMesh& mesh, const std::vector<py::object>& path, double radius, bool erase,
-                 const py::object& normal, double thickness) {
+                 const py::object& normal, double thickness, bool contour, const std::optional<std::string>& edit) {
   if (path.empty()) throw Error("path", "it has no vertex", "give at least one position");
+  if (contour && normal.is_none()) throw Error("contour", "it has no normal", "give the normal of its slice");
   AddPoint command{mesh.id, vector_of(path[0], "path"), erase ? MarkKind::Outside : MarkKind::Inside, radius};
   for (std::size_t p = 1; p < path.size(); ++p)
     command.path_mm.emplace_back(vector_of(path[p], "path") - command.position_mm);
-  command.brush =
-      normal.is_none() ? PaintBrush::ball() : PaintBrush::disc(vector_of(normal, "normal").normalized(), thickness);
+  const Eigen::Vector3d unit =
+      normal.is_none() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(vector_of(normal, "normal").normalized());
+  command.brush = contour            ? PaintBrush::contour(unit, thickness)
+                  : normal.is_none() ? PaintBrush::ball()
+                                     : PaintBrush::disc(unit, thickness);
+  if (edit) command.edit = voxel_edit_of(*edit, true);
   return {{mesh.session, apply(*mesh.session, command)}};
 }
 
@@ -174,10 +198,18 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
            "boundary point, None for the normal of the surface nearby. path: further vertices of a stroke, mm, LPS, "
            "for\n"
            "an inside or outside point. Raises Error for a mark outside the volume.")
-      .def("paint", &paint, py::arg("path"), py::arg("radius"), py::kw_only(), py::arg("erase") = false,
-           py::arg("normal") = py::none(), py::arg("thickness") = 0.0,
+      .def("paint", &paint, py::arg("path"), py::arg("radius") = 0.0, py::kw_only(), py::arg("erase") = false,
+           py::arg("normal") = py::none(), py::arg("thickness") = 0.0, py::arg("contour") = false,
+           py::arg("edit") = py::none(),
            "Paints or erases voxels and returns the stroke: labels contain it exactly, and the mesh follows. path:\n"
-           "vertices, mm, LPS. radius: mm. normal, thickness: of a slice, mm, for a disc in it instead of a ball.")
+           "vertices, mm, LPS. radius: mm. normal, thickness: of a slice, mm, for a disc in it instead of a ball.\n"
+           "contour: the path encloses the voxels, in its slice or, with thickness 0, through the volume. edit:\n"
+           "smart_paint (only voxels with the intensities of the path) or freeze (keeps the present voxels).")
+      .def("edit_voxels", &edit_voxels, py::arg("edit"), py::kw_only(), py::arg("size") = py::none(),
+           py::arg("other") = py::none(),
+           "Changes the voxels of the object and returns the paint. edit: keep_largest, remove_small (size: mm3),\n"
+           "fill_holes, margin (mm), smooth (standard deviation, mm), add, subtract or intersect (other: a mesh).\n"
+           "Raises Error if no voxel would change.")
       .def("evidence", &evidence,
            "Foreground probability, computed from seed and points, as a Volume (float32) on its box of voxels; None "
            "until\n"

@@ -17,8 +17,10 @@ const char* title(const SetForceParameter&) { return "change force parameter"; }
 const char* title(const SetSimulationParameter&) { return "change simulation parameter"; }
 const char* title_of_paint(MarkKind kind) { return kind == MarkKind::Inside ? "paint" : "erase"; }
 const char* title(const AddPoint& c) {
+  if (c.edit != VoxelEdit::None) return info_of(c.edit).title;
   return c.brush.paints() ? title_of_paint(c.kind) : c.path_mm.empty() ? "add point" : "add stroke";
 }
+const char* title(const EditVoxels& c) { return info_of(c.edit).title; }
 const char* title(const MovePoint&) { return "move point"; }
 const char* title(const DeletePoint&) { return "delete point"; }
 const char* title(const ResetPose&) { return "reset segmentation"; }
@@ -76,6 +78,8 @@ std::string description(const AddPoint& c, const Scene& scene) {
 std::string description_of_point(const char* verb, ItemId id, const Scene& scene) {
   const UserPoint* const point = scene.find_point(id);
   if (!point) return std::string(verb) + " point";
+  if (point->edit != VoxelEdit::None)
+    return std::string(verb) + " paint of '" + info_of(point->edit).title + "'" + mesh_suffix(point->mesh, scene);
   if (point->is_paint())
     return std::string(verb) + (point->kind == MarkKind::Inside ? " paint" : " eraser stroke") +
            mesh_suffix(point->mesh, scene);

@@ -67,7 +67,16 @@ struct AddPoint {
   double radius_mm = 0;                    ///< radius of the marked ball, mm; 0: mark_radius_mm()
   Eigen::Vector3d outward{0, 0, 0};        ///< boundary point: direction out of the object; 0: outward_at()
   std::vector<Eigen::Vector3d> path_mm{};  ///< stroke: UserPoint::path_mm
-  PaintBrush brush{};                      ///< paint or eraser: UserPoint::brush; needs a radius
+  PaintBrush brush{};                      ///< paint or eraser: UserPoint::brush; a ball or a disc needs a radius
+  /// Paint: SmartPaint, Freeze, or None for all voxels under the brush.
+  VoxelEdit edit = VoxelEdit::None;
+};
+/// Changes the voxels of the object of a mesh; the result is paint (session/edited_voxels.h).
+struct EditVoxels {
+  ItemId mesh;
+  VoxelEdit edit;
+  double size = 0;   ///< VoxelEditInfo::size
+  ItemId other = 0;  ///< the other mesh, if the edit uses one
 };
 struct MovePoint {
   ItemId point;
@@ -143,7 +152,7 @@ using Command =
     std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
                  DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
                  StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
-                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison>;
+                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -14,10 +14,11 @@ namespace simplexseg {
 namespace {
 
 /// Encoded value (FieldBox in src/forces/step_view.h) of the cell that contains the centre of a voxel, in the field of
-/// a mesh. It increases with the foreground probability; 0 outside the field's box; none without a field.
+/// a mesh without its paint. It increases with the foreground probability; 0 outside the field's box; none without a
+/// field.
 std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const VolumeGeometry& geometry) {
   if (!item.has_field()) return std::nullopt;
-  const MeshField& field = *item.field;
+  const MeshField& field = item.field->solved ? *item.field->solved : *item.field;
   std::size_t offset = 0, remaining = voxel, plane = static_cast<std::size_t>(geometry.size[0]) * geometry.size[1];
   const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(geometry.size[0]), plane};
   for (int a = 2; a >= 0; --a) {
@@ -31,25 +32,30 @@ std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const Vol
 }
 
 /// Voxels that paint puts into an object belong to it, whatever the surfaces and fields of others contain; the last
-/// stroke in the scene counts. Voxels that it removes from an object remain with the others.
+/// stroke in the scene counts. Voxels that it removes from an object remain with the others. A frozen part changes no
+/// label.
 template <class T>
 void set_painted_voxels(const Scene& scene, const VolumeGeometry& geometry, std::span<T> voxels) {
   const VoxelBox all{{0, 0, 0}, geometry.size};
   for (std::size_t p = 0; p < scene.points.size(); ++p) {
     const UserPoint& point = scene.points[p];
-    if (!point.is_paint() || point.kind != MarkKind::Inside) continue;
-    StrokeVoxels stroke = voxels_of(paint_stroke_of(point), geometry);
-    // Later strokes of the eraser remove voxels of the same object again.
-    for (std::size_t later = p + 1; later < scene.points.size(); ++later) {
-      const UserPoint& eraser = scene.points[later];
-      if (!eraser.is_paint() || eraser.kind == MarkKind::Inside || eraser.mesh != point.mesh) continue;
-      voxels_of(paint_stroke_of(eraser), geometry, stroke.box).for_each([&](int i, int j, int k) {
-        stroke.voxels[stroke.box.offset(i - stroke.box.first[0], j - stroke.box.first[1], k - stroke.box.first[2])] = 0;
-      });
-    }
+    if (!point.is_paint() || point.edit == VoxelEdit::Freeze) continue;
     const MeshItem* const item = scene.find_mesh(point.mesh);
     if (!item || item->mesh.positions.empty()) continue;
-    stroke.for_each([&](int i, int j, int k) { voxels[all.offset(i, j, k)] = static_cast<T>(item->label); });
+    StrokeVoxels stroke = voxels_of(paint_stroke_of(point), geometry);
+    // Later strokes remove voxels of the same object again.
+    for (std::size_t later = p + 1; later < scene.points.size(); ++later) {
+      const UserPoint& eraser = scene.points[later];
+      if (!eraser.is_paint() || eraser.mesh != point.mesh) continue;
+      voxels_of(paint_stroke_of(eraser), geometry, stroke.box).for_each([&](int i, int j, int k, bool inside) {
+        if (inside) return;
+        stroke.voxels[stroke.box.offset(i - stroke.box.first[0], j - stroke.box.first[1], k - stroke.box.first[2])] =
+            VoxelPaint::None;
+      });
+    }
+    stroke.for_each([&](int i, int j, int k, bool inside) {
+      if (inside) voxels[all.offset(i, j, k)] = static_cast<T>(item->label);
+    });
   }
 }
 

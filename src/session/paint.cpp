@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <span>
 #include <unordered_map>
 #include <utility>
 
 #include "field/field_value.h"
 #include "forces/step_view.h"
+#include "image/label_surface.h"
 #include "image/rasterise.h"
 #include "image/voxel_rows.h"
 #include "session/field_voxels.h"
@@ -18,8 +21,6 @@ namespace {
 constexpr int kMargin = 3;                    // cells of the box around paint
 constexpr std::size_t kMaxCells = 8'000'000;  // of a box that is enlarged for paint
 constexpr int kSamples = 3;                   // samples of a cell larger than a voxel, along each axis
-
-enum class Painted : std::uint8_t { Not, Inside, Outside };
 
 /// Paint on the cells of a grid, at kSamples^3 samples of each, or one for cells of a voxel.
 class PaintedCells {
@@ -33,9 +34,9 @@ class PaintedCells {
   }
 
   void add(const PaintStroke& stroke) {
-    voxels_of(stroke, samples_).for_each([&](int i, int j, int k) {
+    voxels_of(stroke, samples_).for_each([&](int i, int j, int k, bool inside) {
       const int n = per_axis_, sample = (k % n * n + j % n) * n + i % n;
-      samples_of_[all_.offset(i / n, j / n, k / n)][sample] = stroke.inside ? Painted::Inside : Painted::Outside;
+      samples_of_[all_.offset(i / n, j / n, k / n)][sample] = inside ? VoxelPaint::Inside : VoxelPaint::Outside;
     });
   }
 
@@ -61,8 +62,8 @@ class PaintedCells {
   void for_each(Use&& use) const {
     const float part = 1.0f / static_cast<float>(per_axis_ * per_axis_ * per_axis_);
     for (const auto& [cell, samples] : samples_of_)
-      use(index_of(cell), part * static_cast<float>(std::ranges::count(samples, Painted::Inside)),
-          part * static_cast<float>(std::ranges::count(samples, Painted::Outside)));
+      use(index_of(cell), part * static_cast<float>(std::ranges::count(samples, VoxelPaint::Inside)),
+          part * static_cast<float>(std::ranges::count(samples, VoxelPaint::Outside)));
   }
 
  private:
@@ -74,8 +75,42 @@ class PaintedCells {
   VoxelBox all_;
   int per_axis_;
   VolumeGeometry samples_;
-  std::unordered_map<std::size_t, std::array<Painted, kSamples * kSamples * kSamples>> samples_of_;
+  std::unordered_map<std::size_t, std::array<VoxelPaint, kSamples * kSamples * kSamples>> samples_of_;
 };
+
+/// Sets the probabilities of the cells whose 26 neighbours are painted like themselves to their smoothed object mask:
+/// inside a frozen part, the surface then has no steps. `painted`: box of the paint with a margin.
+void smooth_painted_cells(std::span<const std::uint32_t> cells, const std::vector<std::uint8_t>& object,
+                          std::vector<float>& probability, const VoxelBox& box, const VoxelBox& painted) {
+  VoxelBox part = painted;
+  for (int a = 0; a < 3; ++a) {
+    part.first[a] = std::max(painted.first[a], box.first[a]);
+    part.size[a] = std::min(painted.first[a] + painted.size[a], box.first[a] + box.size[a]) - part.first[a];
+    if (part.size[a] <= 0) return;
+  }
+  std::vector<std::uint8_t> near(part.voxel_count()), is_painted(near.size());
+  copy_from_outer(object.data(), box, near.data(), part);
+  const auto in_part = [&](std::size_t v) {
+    const auto [row, i] = std::lldiv(static_cast<long long>(v), box.size[0]);
+    const auto [k, j] = std::lldiv(row, box.size[1]);
+    return std::array<int, 3>{static_cast<int>(i) + box.first[0] - part.first[0],
+                              static_cast<int>(j) + box.first[1] - part.first[1],
+                              static_cast<int>(k) + box.first[2] - part.first[2]};
+  };
+  for (const std::size_t v : cells) {
+    const auto [i, j, k] = in_part(v);
+    is_painted[part.offset(i, j, k)] = 1;
+  }
+  const std::vector<float> share = smoothed_voxels(near, part);
+  for (const std::size_t v : cells) {
+    const auto [i, j, k] = in_part(v);
+    bool enclosed = i > 0 && j > 0 && k > 0 && i + 1 < part.size[0] && j + 1 < part.size[1] && k + 1 < part.size[2];
+    for (int c = k - 1; enclosed && c <= k + 1; ++c)
+      for (int b = j - 1; enclosed && b <= j + 1; ++b)
+        for (int a = i - 1; enclosed && a <= i + 1; ++a) enclosed = is_painted[part.offset(a, b, c)] != 0;
+    if (enclosed) probability[v] = std::clamp(share[part.offset(i, j, k)], 0.0f, 1.0f);
+  }
+}
 
 VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
   VoxelBox box{};
@@ -89,7 +124,7 @@ VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
 }  // namespace
 
 PaintStroke paint_stroke_of(const UserPoint& point) {
-  return {point.kind == MarkKind::Inside, point.vertices_mm(), point.radius_mm, point.brush};
+  return {point.kind == MarkKind::Inside, point.vertices_mm(), point.radius_mm, point.brush, point.voxels};
 }
 
 std::vector<PaintStroke> paint_of(const Scene& scene, ItemId mesh) {
@@ -140,6 +175,7 @@ std::shared_ptr<const MeshField> painted_field(std::shared_ptr<const MeshField> 
     if (inside + outside == 1) field->painted_cells.push_back(static_cast<std::uint32_t>(v));
   });
   std::ranges::sort(field->painted_cells);
+  smooth_painted_cells(field->painted_cells, object, probability, field->box, painted.box());
   field->values = field_values(object, probability, field->box, cells, field_value_of(cells), run_serially());
   field->paint = std::move(paint);
   field->solved = std::move(solved);

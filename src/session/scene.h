@@ -13,6 +13,7 @@
 #include "forces/region_model.h"
 #include "mesh/simplex_mesh.h"
 #include "session/mesh_field.h"
+#include "session/voxel_edit.h"
 #include "step/engine.h"
 #include "step/simulation_parameters.h"
 
@@ -107,6 +108,9 @@ struct UserPoint {
 
   /// Whether it is applied in the same update as the point, or else the seed, before it, like the strokes of a box.
   bool continues = false;
+
+  VoxelEdit edit = VoxelEdit::None;             ///< paint of `voxels`: the edit that determined them
+  std::shared_ptr<const PaintVoxels> voxels{};  ///< voxels of a brush of shape Voxels; otherwise null
 
   bool is_paint() const { return brush.paints(); }
   bool is_stroke() const { return !path_mm.empty(); }

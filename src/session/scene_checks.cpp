@@ -95,16 +95,27 @@ void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm)
     throw Error("stroke", "it is longer than 2000 of its radii", "draw shorter strokes, or enlarge the radius");
 }
 
-void check_paint(MarkKind kind, double radius_mm, const PaintBrush& brush) {
-  if (kind == MarkKind::Boundary)
-    throw Error("paint", "it belongs to a boundary point", "make it an inside or an outside stroke");
+void check_paint(const UserPoint& point) {
+  using Shape = PaintBrush::Shape;
   constexpr double kMostMm = 100;
-  check_radius(radius_mm);
-  if (radius_mm > kMostMm) throw Error("paint", "its radius is above 100 mm", "use a smaller brush");
-  const bool disc = brush.thickness_mm > 0 && brush.thickness_mm <= 1000 && std::abs(brush.normal.norm() - 1) < 1e-6;
-  if (brush.shape == PaintBrush::Shape::Disc && !disc)
+  const PaintBrush& brush = point.brush;
+  if (point.kind == MarkKind::Boundary)
+    throw Error("paint", "it belongs to a boundary point", "make it an inside or an outside stroke");
+  if ((brush.shape == Shape::Voxels) != (point.voxels != nullptr))
+    throw Error("paint", "only a set of voxels has voxels", "correct the brush");
+  if (brush.has_radius()) {
+    check_radius(point.radius_mm);
+    if (point.radius_mm > kMostMm) throw Error("paint", "its radius is above 100 mm", "use a smaller brush");
+  }
+  const bool in_slice = brush.thickness_mm <= 1000 && std::abs(brush.normal.norm() - 1) < 1e-6;
+  if (brush.shape == Shape::Disc && !(in_slice && brush.thickness_mm > 0))
     throw Error("paint", "its brush is a disc without a unit normal or without a thickness from 0 to 1000 mm",
                 "correct the brush");
+  if (brush.shape != Shape::Contour) return;
+  if (!(in_slice && brush.thickness_mm >= 0))
+    throw Error("paint", "its contour has no unit normal, or a thickness that is not from 0 to 1000 mm",
+                "correct the brush");
+  if (point.path_mm.size() < 2) throw Error("paint", "its contour has fewer than three vertices", "draw a larger one");
 }
 
 ItemId check_scene(Scene& scene, const Volume& volume) {
@@ -125,12 +136,15 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
     check_mark(point.kind, point.position_mm, volume);
     check_path(point.kind, point.path_mm);
     if (point.is_paint())
-      check_paint(point.kind, point.radius_mm, point.brush);
+      check_paint(point);
     else if (point.is_stroke())
       check_stroke(point.path_mm, point.radius_mm > 0 ? point.radius_mm : far_brush_radius_mm(volume.geometry()));
     if (!(point.radius_mm >= 0) || !std::isfinite(point.radius_mm) || !point.outward.allFinite())
       throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",
                   "correct them, or leave them out");
+    if ((point.edit != VoxelEdit::None) != (point.voxels != nullptr))
+      throw Error("paint", "a set of voxels and the edit that determined it must be given together",
+                  "correct the scene");
     if (!scene.find_mesh(point.mesh))
       throw Error("point", "it refers to a segmentation that is not in the scene", "choose one of the scene");
   }

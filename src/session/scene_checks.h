@@ -27,9 +27,9 @@ void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume&
 void check_path(MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm);
 /// Throws for a stroke of marks that is longer than 2,000 of its radii.
 void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm);
-/// Throws unless a stroke of paint is an inside or outside stroke, has a radius up to 100 mm, and its brush, if a disc,
-/// has a unit normal and a thickness.
-void check_paint(MarkKind kind, double radius_mm, const PaintBrush& brush);
+/// Throws unless paint belongs to an inside or outside point and has what its brush needs: a radius up to 100 mm, a
+/// unit normal, a thickness, three vertices or voxels.
+void check_paint(const UserPoint& point);
 /// Checks values, seeds, meshes, points and ids of a scene before it is opened on the volume. Assigns ids to meshes and
 /// points that have none. Returns the next unused id.
 ItemId check_scene(Scene& scene, const Volume& volume);

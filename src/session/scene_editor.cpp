@@ -8,6 +8,7 @@
 #include "core/number_text.h"
 #include "field/box_prompt.h"
 #include "forces/force_list.h"
+#include "session/edited_voxels.h"
 #include "session/free_attributes.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
@@ -129,12 +130,24 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
   check_position(command.position_mm);
   check_mark(command.kind, command.position_mm, volume_);
   check_path(command.kind, command.path_mm);
-  if (command.brush.paints()) check_paint(command.kind, command.radius_mm, command.brush);
   UserPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
   point.path_mm = command.path_mm;
   point.brush = command.brush;
+  point.edit = command.edit;
+  if (point.is_paint()) {
+    if (point.edit != VoxelEdit::None && !info_of(point.edit).uses_stroke)
+      throw Error(info_of(point.edit).title, "it changes all voxels and needs no stroke", "use the command for it");
+    check_paint(point);
+    if (point.edit != VoxelEdit::None) {
+      point.voxels = stroked_voxels(scene_, item, point, volume_);
+      point.brush = {PaintBrush::Shape::Voxels};
+      point.path_mm.clear();
+    }
+    scene_.points.push_back(std::move(point));
+    return {EngineUpdate::Points, scene_.points.back().id};
+  }
   if (!(point.radius_mm > 0)) point.radius_mm = stroke_radius_mm(item, point, volume_);
-  if (!point.is_paint()) check_stroke(point.path_mm, point.radius_mm);
+  check_stroke(point.path_mm, point.radius_mm);
   if (point.kind == MarkKind::Boundary)
     point.outward = command.outward.norm() > 0 && command.outward.allFinite()
                         ? Eigen::Vector3d(command.outward.normalized())
@@ -145,6 +158,7 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
 
 SceneChange SceneEditor::execute(const MovePoint& command) {
   UserPoint& point = point_of(command.point);
+  if (point.voxels) throw Error("paint", "it is a set of voxels, which cannot move", "delete it and paint again");
   check_position(command.position_mm);
   check_mark(point.kind, command.position_mm, volume_);
   refuse_locked_paint(point);
@@ -158,13 +172,32 @@ SceneChange SceneEditor::execute(const ResizePoint& command) {
     throw Error("boundary point", "it marks a place on the surface and has no radius",
                 "change the range of the attraction force instead");
   check_radius(command.radius_mm);
-  if (point.is_paint())
-    check_paint(point.kind, command.radius_mm, point.brush);
-  else
-    check_stroke(point.path_mm, command.radius_mm);
   refuse_locked_paint(point);
-  point.radius_mm = command.radius_mm;
+  UserPoint resized = point;
+  resized.radius_mm = command.radius_mm;
+  if (!point.is_paint())
+    check_stroke(point.path_mm, command.radius_mm);
+  else if (point.brush.has_radius())
+    check_paint(resized);
+  else
+    throw Error("paint", "it is not the stroke of a brush and has no radius", "delete it and paint again");
+  point = std::move(resized);
   return {EngineUpdate::Points};
+}
+
+SceneChange SceneEditor::execute(const EditVoxels& command) {
+  const MeshItem& item = item_of(command.mesh);
+  refuse_locked(item);
+  if (volume_.empty()) throw Error(info_of(command.edit).title, "there is no volume", "open one first");
+  const VolumeGeometry& grid = volume_.geometry();
+  UserPoint point{next_id_++, command.mesh};
+  point.kind = MarkKind::Inside;
+  point.edit = command.edit;
+  point.voxels = edited_voxels(scene_, item, command.edit, command.size, scene_.find_mesh(command.other), grid);
+  point.brush = {PaintBrush::Shape::Voxels};
+  point.position_mm = point.voxels->box.centre_mm();
+  scene_.points.push_back(std::move(point));
+  return {EngineUpdate::Points, scene_.points.back().id};
 }
 
 SceneChange SceneEditor::execute(const SetReference& command) {

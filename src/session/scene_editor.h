@@ -45,6 +45,7 @@ class SceneEditor {
   SceneChange execute(const SetParameters& command);
   SceneChange execute(const SetReference& command);
   SceneChange execute(const ResizePoint& command);
+  SceneChange execute(const EditVoxels& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< mesh with this id; throws Error for 0 or an unknown mesh

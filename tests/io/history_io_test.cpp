@@ -119,6 +119,10 @@ TEST_F(HistoryIo, ThirtyMixedActionsAreRestoredBitForBit) {
   session->apply(AddPoint{ball, {0, 20, 0}, MarkKind::Inside, 3, {0, 0, 0}, {{3, 0, 0}}, PaintBrush::ball()});
   ASSERT_EQ(session->scene().meshes[0].field->paint.size(), 1u);
   run(2);
+  session->apply(EditVoxels{ball, VoxelEdit::Margin, 1.5});
+  session->apply(
+      AddPoint{ball, {18, 0, 0}, MarkKind::Inside, 4, {0, 0, 0}, {{0, 3, 0}}, PaintBrush::ball(), VoxelEdit::Freeze});
+  run(2);
   for (const float value : {0.2f, 0.3f, 0.4f}) {
     session->apply(SetForceParameter{ball, ForceId::Smoothing, 0, value, value > 0.2f});
     run(1);

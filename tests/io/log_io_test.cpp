@@ -30,6 +30,9 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
       {1, RefineMesh{2}},
       {1, StartFieldComparison{8}},
       {31, CommitFieldComparison{9}},
+      {1, EditVoxels{8, VoxelEdit::Margin, -1.0 / 3}},
+      {1, EditVoxels{8, VoxelEdit::Subtract, 0, 5}},
+      {1, AddPoint{5, p, MarkKind::Outside, 2, {0, 0, 0}, {p, -p}, PaintBrush::contour(p, 0), VoxelEdit::Freeze}},
       {1, Undo{}},
       {1, Redo{}},
   };
@@ -91,7 +94,14 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   EXPECT_EQ(std::get<RefineMesh>(file.log[16].command).mesh, 2u);
   EXPECT_EQ(std::get<StartFieldComparison>(file.log[17].command).mesh, 8u);
   EXPECT_EQ(std::get<CommitFieldComparison>(file.log[18].command).mesh, 9u);
-  for (std::size_t at = 21; at < log.size(); ++at) {
+  for (const std::size_t at : {19u, 20u}) {
+    const auto [a, b] = get(std::type_identity<EditVoxels>{}, at);
+    EXPECT_TRUE(a.mesh == b.mesh && a.edit == b.edit && same_bits(a.size, b.size) && a.other == b.other) << at;
+  }
+  const auto [freeze, freeze_again] = get(std::type_identity<AddPoint>{}, 21);
+  EXPECT_EQ(freeze.brush, freeze_again.brush);
+  EXPECT_EQ(freeze.edit, freeze_again.edit);
+  for (std::size_t at = 24; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
                 a.continues == b.continues)

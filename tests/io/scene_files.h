@@ -102,6 +102,17 @@ inline MeshItem any_item(std::mt19937& random, ItemId id, const std::string& nam
   return item;
 }
 
+inline std::shared_ptr<const PaintVoxels> any_painted_voxels() {
+  PaintVoxels voxels;
+  voxels.box.size = {3, 1, 2};
+  voxels.box.spacing_mm = {0.1, 1.0 / 3, 2};
+  voxels.box.origin_mm = {-1.0 / 7, 2, 1e3};
+  voxels.box.direction = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  voxels.voxels = {VoxelPaint::Inside,  VoxelPaint::None,    VoxelPaint::Outside,
+                   VoxelPaint::Outside, VoxelPaint::Outside, VoxelPaint::None};
+  return std::make_shared<const PaintVoxels>(voxels);
+}
+
 inline Scene any_scene() {
   std::mt19937 random(5);
   Scene scene;
@@ -115,7 +126,26 @@ inline Scene any_scene() {
       {9, 3, {1e10, 5, 0}},
       {10, 3, {1, 2, 3}, MarkKind::Inside, 2, {0, 0, 0}, {{1e-310, 1.0 / 3, 0}, {4, 5, -6}}, {}, true},
       {11, 4, {1, 2, 4}, MarkKind::Outside, 2, {0, 0, 0}, {}, PaintBrush::ball()},
-      {12, 4, {1, 2, 5}, MarkKind::Inside, 3, {0, 0, 0}, {{1, 1.0 / 7, 0}}, PaintBrush::disc({0.6, 0, 0.8}, 1.0 / 3)}};
+      {12, 4, {1, 2, 5}, MarkKind::Inside, 3, {0, 0, 0}, {{1, 1.0 / 7, 0}}, PaintBrush::disc({0.6, 0, 0.8}, 1.0 / 3)},
+      {13,
+       3,
+       {1, 2, 6},
+       MarkKind::Outside,
+       0,
+       {0, 0, 0},
+       {{1, 0, 0}, {1.0 / 3, 1, 0}},
+       PaintBrush::contour({0, 0, 1}, 0)},
+      {14,
+       3,
+       {1, 2, 7},
+       MarkKind::Inside,
+       0,
+       {0, 0, 0},
+       {},
+       {PaintBrush::Shape::Voxels},
+       false,
+       VoxelEdit::Margin,
+       any_painted_voxels()}};
   scene.steps = 123;
   return scene;
 }

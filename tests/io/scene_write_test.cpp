@@ -43,8 +43,17 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
     EXPECT_TRUE(same_bits(before.points[p].position_mm, after.points[p].position_mm));
     EXPECT_EQ(before.points[p].path_mm, after.points[p].path_mm);
     EXPECT_EQ(before.points[p].brush, after.points[p].brush);
+    EXPECT_EQ(before.points[p].edit, after.points[p].edit);
     EXPECT_EQ(before.points[p].continues, after.points[p].continues);
     EXPECT_EQ(before.find_mesh(before.points[p].mesh)->name, after.find_mesh(after.points[p].mesh)->name);
+    ASSERT_EQ(before.points[p].voxels != nullptr, after.points[p].voxels != nullptr);
+    if (!before.points[p].voxels) continue;
+    const PaintVoxels &a = *before.points[p].voxels, &b = *after.points[p].voxels;
+    EXPECT_EQ(a.voxels, b.voxels);
+    EXPECT_EQ(a.box.size, b.box.size);
+    EXPECT_EQ(a.box.spacing_mm, b.box.spacing_mm);
+    EXPECT_EQ(a.box.origin_mm, b.box.origin_mm);
+    EXPECT_EQ(a.box.direction, b.box.direction);
   }
   // Saving the scene again gives the same text.
   write_scene(folder_ / "again.json", after);

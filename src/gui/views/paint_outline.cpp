@@ -2,15 +2,12 @@
 #include "gui/views/paint_outline.h"
 
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <utility>
 
 #include "session/paint.h"
 
 namespace simplexseg {
 namespace {
-
-enum State : std::uint8_t { kNot, kPainted, kErased };
 
 /// Grid of one slice whose voxels are the texels.
 VolumeGeometry grid_of(const SliceGrid& slice, double spacing_mm) {
@@ -29,18 +26,20 @@ VolumeGeometry grid_of(const SliceGrid& slice, double spacing_mm) {
 PaintOutline outline_of(std::span<const PaintStroke> strokes, const SliceGrid& slice, double spacing_mm) {
   PaintOutline outline;
   const VolumeGeometry grid = grid_of(slice, spacing_mm);
-  std::vector<std::pair<StrokeVoxels, State>> found;
+  std::vector<StrokeVoxels> found;
   for (const PaintStroke& stroke : strokes) {
     StrokeVoxels voxels = voxels_of(stroke, grid);
-    if (!voxels.voxels.empty()) found.emplace_back(std::move(voxels), stroke.inside ? kPainted : kErased);
+    if (!voxels.voxels.empty()) found.push_back(std::move(voxels));
   }
   if (found.empty()) return outline;
-  std::vector<State> state(static_cast<std::size_t>(slice.width) * slice.height, kNot);
-  for (const auto& [voxels, set] : found) {
-    voxels.for_each([&, set = set](int i, int j, int) { state[static_cast<std::size_t>(j) * slice.width + i] = set; });
+  std::vector<VoxelPaint> state(static_cast<std::size_t>(slice.width) * slice.height, VoxelPaint::None);
+  for (const StrokeVoxels& voxels : found) {
+    voxels.for_each([&](int i, int j, int, bool inside) {
+      state[static_cast<std::size_t>(j) * slice.width + i] = inside ? VoxelPaint::Inside : VoxelPaint::Outside;
+    });
   }
   const auto state_at = [&](int i, int j) {
-    if (i < 0 || j < 0 || i >= slice.width || j >= slice.height) return kNot;
+    if (i < 0 || j < 0 || i >= slice.width || j >= slice.height) return VoxelPaint::None;
     return state[static_cast<std::size_t>(j) * slice.width + i];
   };
   const auto corner = [&](int i, int j) -> Eigen::Vector3f {
@@ -48,10 +47,10 @@ PaintOutline outline_of(std::span<const PaintStroke> strokes, const SliceGrid& s
   };
   for (int j = 0; j < slice.height; ++j)
     for (int i = 0; i < slice.width; ++i) {
-      const State here = state_at(i, j);
-      if (here == kNot) continue;
-      std::vector<Eigen::Vector3f>& ends = here == kPainted ? outline.painted : outline.erased;
-      const auto add = [&](State beside, int i0, int j0, int i1, int j1) {
+      const VoxelPaint here = state_at(i, j);
+      if (here == VoxelPaint::None) continue;
+      std::vector<Eigen::Vector3f>& ends = here == VoxelPaint::Inside ? outline.painted : outline.erased;
+      const auto add = [&](VoxelPaint beside, int i0, int j0, int i1, int j1) {
         if (beside == here) return;
         ends.push_back(corner(i0, j0));
         ends.push_back(corner(i1, j1));

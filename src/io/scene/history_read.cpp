@@ -19,6 +19,7 @@
 #include "io/scene/json_input.h"
 #include "io/scene/log_io.h"
 #include "io/scene/mesh_start.h"
+#include "io/scene/point_text.h"
 #include "io/scene/scene_text.h"
 #include "session/scene_checks.h"
 
@@ -109,6 +110,11 @@ class HistoryReader {
     }
     for (std::size_t k = 0; k < scene.points.size(); ++k)
       scene.points[k].mesh = ids.at(scene.points[k].mesh), scene.points[k].id = id_of(points[k]);
+    if (saved.contains("voxels"))
+      for (const auto& [point, block] : saved.at("voxels").items()) {
+        UserPoint& paint = scene.points.at(std::stoul(point));
+        paint.voxels = painted_voxels(block), paint.brush = {PaintBrush::Shape::Voxels};
+      }
     check_scene(scene, volume_);
     std::set<std::size_t> used;
     std::vector<Arrays> arrays;
@@ -183,6 +189,12 @@ class HistoryReader {
     return cached;
   }
 
+  std::shared_ptr<const PaintVoxels> painted_voxels(const json& saved) {
+    std::shared_ptr<const PaintVoxels>& cached = voxels_[number_of(saved)];
+    if (!cached) cached = read_voxels(JsonInput::of_text(text_of_block(saved), place_, "paint"));
+    return cached;
+  }
+
   std::shared_ptr<const SimplexMesh> start_mesh(const json& saved) {
     std::shared_ptr<const SimplexMesh>& cached = starts_[number_of(saved)];
     if (cached) return cached;
@@ -201,6 +213,7 @@ class HistoryReader {
              std::map<std::size_t, Block<float>>>
       blocks_;
   std::map<std::size_t, std::shared_ptr<const MeshField>> fields_;
+  std::map<std::size_t, std::shared_ptr<const PaintVoxels>> voxels_;
   std::map<std::size_t, std::shared_ptr<const SimplexMesh>> starts_;
 };
 

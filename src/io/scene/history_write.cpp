@@ -13,6 +13,7 @@
 #include "io/platform/atomic_file.h"
 #include "io/scene/history_format.h"
 #include "io/scene/history_io.h"
+#include "io/scene/json_output.h"
 #include "io/scene/log_io.h"
 #include "io/scene/scene_text.h"
 
@@ -46,6 +47,8 @@ std::pair<std::size_t, std::size_t> nearest_steps(const UndoHistory& history, st
   const auto fits = [&](const UndoHistory::Entry& entry) {
     for (const Arrays& arrays : entry.scene.arrays())
       for_each_block(arrays, [&](const auto& block) { count(block, bytes_of(*block).size()); });
+    for (const UserPoint& point : entry.scene.without_arrays().points)
+      if (point.voxels) count(point.voxels, point.voxels->voxels.size() / 8);
     for (const MeshItem& item : entry.scene.without_arrays().meshes) {
       if (item.field) count(item.field, bytes_of(item.field->values).size());
       if (item.start) count(item.start->mesh, bytes_of(item.start->mesh->positions).size() * 2);
@@ -86,6 +89,7 @@ class IdMap {
           if constexpr (requires { c.mesh; }) c.mesh = (*this)(c.mesh);
           if constexpr (requires { c.point; }) c.point = (*this)(c.point);
           if constexpr (requires { c.like; }) c.like = (*this)(c.like);
+          if constexpr (requires { c.other; }) c.other = (*this)(c.other);
         },
         command);
     return command;
@@ -109,6 +113,9 @@ class BlockTable {
   }
   std::size_t number_of(const std::shared_ptr<const SimplexMesh>& mesh) {
     return number_of(mesh.get(), [&] { return bytes_of(made_.emplace_back(ply_of(*mesh))); });
+  }
+  std::size_t number_of(const std::shared_ptr<const PaintVoxels>& voxels) {
+    return number_of(voxels.get(), [&] { return bytes_of(made_.emplace_back(voxels_json<json>(*voxels).dump())); });
   }
   const std::vector<Bytes>& blocks() const { return blocks_; }
 
@@ -150,7 +157,15 @@ json entry_json(const UndoHistory::Entry& entry, const fs::path& scene_file, IdM
   Scene scene = entry.scene.without_arrays();
   // All scenes of a history have the same volume, which is not stored.
   scene.volume_path.clear(), scene.volume_checksum.clear(), scene.volume_series.clear(), scene.volume_number = 1;
+  json voxels = json::object();  // of sets of voxels, stored once for all scenes: number of the block by point
+  for (std::size_t p = 0; p < scene.points.size(); ++p) {
+    UserPoint& point = scene.points[p];
+    if (!point.voxels) continue;
+    voxels[std::to_string(p)] = blocks.number_of(point.voxels);
+    point.voxels = nullptr, point.brush = PaintBrush::ball();
+  }
   json saved = {{"name", entry.name},
+                {"voxels", voxels},
                 {"command", command_text(ids(entry.command))},
                 {"scene", scene_text(scene_file, scene, {}, -1)},
                 {"meshes", json::array()},

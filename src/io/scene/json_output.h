@@ -12,6 +12,7 @@
 #include "image/paint_stroke.h"
 #include "io/platform/files.h"
 #include "io/scene/parameter_text.h"
+#include "session/voxel_edit.h"
 
 namespace simplexseg {
 
@@ -45,12 +46,29 @@ Json path_json(const std::vector<Eigen::Vector3d>& path) {
   return array;
 }
 
-/// JSON object of the brush of a stroke of paint; empty for a ball.
+/// JSON object of a set of painted voxels.
 template <class Json>
-Json brush_json(const PaintBrush& brush) {
+Json voxels_json(const PaintVoxels& voxels) {
+  const VolumeGeometry& box = voxels.box;
+  Json direction = Json::array();
+  for (int a = 0; a < 3; ++a) direction.push_back(vector_json<Json>(box.direction.col(a)));
+  return {{"size", box.size},
+          {"spacing_mm", vector_json<Json>(box.spacing_mm)},
+          {"origin_mm", vector_json<Json>(box.origin_mm)},
+          {"direction", direction},
+          {"runs", runs_of(voxels.voxels)}};
+}
+
+/// JSON object of paint: a UserPoint, or an AddPoint, which has no voxels.
+template <class Json>
+Json paint_json(const auto& point) {
   Json json = Json::object();
-  if (brush.shape == PaintBrush::Shape::Disc)
-    json = {{"normal", vector_json<Json>(brush.normal)}, {"thickness_mm", brush.thickness_mm}};
+  if (point.brush.shape == PaintBrush::Shape::Contour) json["contour"] = true;
+  if (point.brush.normal.norm() > 0)
+    json["normal"] = vector_json<Json>(point.brush.normal), json["thickness_mm"] = point.brush.thickness_mm;
+  if (point.edit != VoxelEdit::None) json["edit"] = info_of(point.edit).name;
+  if constexpr (requires { point.voxels; })
+    if (point.voxels) json["voxels"] = voxels_json<Json>(*point.voxels);
   return json;
 }
 

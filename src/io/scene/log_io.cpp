@@ -134,7 +134,7 @@ Json keys_json(const AddPoint& c) {
   if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
   if (c.outward.norm() > 0) json["outward"] = vector_json<Json>(c.outward);
   if (!c.path_mm.empty()) json["path_mm"] = path_json<Json>(c.path_mm);
-  if (c.brush.paints()) json["paint"] = brush_json<Json>(c.brush);
+  if (c.brush.paints()) json["paint"] = paint_json<Json>(c);
   return json;
 }
 void read_keys(const JsonInput& in, AddPoint& c) {
@@ -144,7 +144,8 @@ void read_keys(const JsonInput& in, AddPoint& c) {
   if (in.has("radius_mm")) c.radius_mm = read_radius(in["radius_mm"]);
   if (in.has("outward")) c.outward = in["outward"].vector3();
   if (in.has("path_mm")) c.path_mm = read_path(in["path_mm"]);
-  if (in.has("paint")) c.brush = read_brush(in["paint"]);
+  if (in.has("paint") && read_paint(in["paint"], c.brush, c.edit))
+    in["paint"].fail("a command has no voxels", "use the stroke that determines them");
 }
 
 Json keys_json(const MovePoint& c) {
@@ -202,6 +203,20 @@ void read_keys(const JsonInput& in, SetParameters& c) {
   read_simulation(in["simulation"], *c.simulation);
 }
 
+Json keys_json(const EditVoxels& c) {
+  const VoxelEditInfo& info = info_of(c.edit);
+  Json json = {{"mesh", c.mesh}, {"edit", info.name}};
+  if (info.size.name[0] != '\0') json["size"] = c.size;
+  if (info.uses_other) json["other"] = c.other;
+  return json;
+}
+void read_keys(const JsonInput& in, EditVoxels& c) {
+  expect_keys(in, {"mesh", "edit", "size", "other"});
+  c = {read_id(in["mesh"]), read_voxel_edit(in["edit"])};
+  if (in.has("size")) c.size = in["size"].number();
+  if (in.has("other")) c.other = read_id(in["other"]);
+}
+
 Json keys_json(const ReorderMesh& c) { return {{"mesh", c.mesh}, {"place", c.place}}; }
 void read_keys(const JsonInput& in, ReorderMesh& c) {
   expect_keys(in, {"mesh", "place"});
@@ -249,7 +264,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "request_field_update",
                                          "commit_preliminary_field",
                                          "start_field_comparison",
-                                         "commit_field_comparison"};
+                                         "commit_field_comparison",
+                                         "edit_voxels"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

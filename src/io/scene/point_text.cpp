@@ -40,10 +40,52 @@ std::vector<Eigen::Vector3d> read_path(const JsonInput& input) {
   return path;
 }
 
-PaintBrush read_brush(const JsonInput& input) {
-  input.expect_keys({"normal", "thickness_mm"});
-  if (!input.has("normal") && !input.has("thickness_mm")) return PaintBrush::ball();
-  return PaintBrush::disc(input["normal"].vector3(), input["thickness_mm"].number());
+VoxelEdit read_voxel_edit(const JsonInput& input) {
+  const std::string name = input.text();
+  std::vector<std::string> names;
+  for (const VoxelEditInfo& info : voxel_edits()) {
+    if (name == info.name) return info.edit;
+    names.emplace_back(info.name);
+  }
+  input.fail("the edit " + unknown_name(name, names), "correct it");
+}
+
+std::shared_ptr<const PaintVoxels> read_voxels(const JsonInput& input) {
+  constexpr std::size_t kMostVoxels = std::size_t{1} << 30;
+  input.expect_keys({"size", "spacing_mm", "origin_mm", "direction", "runs"});
+  auto voxels = std::make_shared<PaintVoxels>();
+  const Eigen::Vector3d size = input["size"].vector3();
+  for (int a = 0; a < 3; ++a) voxels->box.size[a] = input["size"][a].integer_between(1, 1 << 20);
+  if (size.prod() > static_cast<double>(kMostVoxels))
+    input["size"].fail("the box is too large", "use at most 2^30 voxels");
+  voxels->box.spacing_mm = input["spacing_mm"].vector3();
+  voxels->box.origin_mm = input["origin_mm"].vector3();
+  if (input["direction"].size() != 3) input["direction"].fail("it has not three axes", "use the axes i, j, k");
+  for (int a = 0; a < 3; ++a) voxels->box.direction.col(a) = input["direction"][a].vector3();
+  voxels->box.validate(input.where());
+  const JsonInput runs = input["runs"];
+  std::vector<std::uint32_t> lengths;
+  lengths.reserve(static_cast<std::size_t>(runs.size()));
+  for (int r = 0; r < runs.size(); ++r)
+    lengths.push_back(static_cast<std::uint32_t>(runs[r].integer_between(0, static_cast<int>(kMostVoxels))));
+  voxels->voxels = voxels_of_runs(lengths, voxels->box.voxel_count());
+  return voxels;
+}
+
+std::shared_ptr<const PaintVoxels> read_paint(const JsonInput& input, PaintBrush& brush, VoxelEdit& edit) {
+  input.expect_keys({"contour", "normal", "thickness_mm", "edit", "voxels"});
+  if (input.has("edit")) edit = read_voxel_edit(input["edit"]);
+  brush = PaintBrush::ball();
+  if (input.has("voxels")) {
+    brush = {PaintBrush::Shape::Voxels};
+    return read_voxels(input["voxels"]);
+  }
+  const bool contour = input.has("contour") && input["contour"].boolean();
+  if (!contour && !input.has("normal") && !input.has("thickness_mm")) return nullptr;
+  const Eigen::Vector3d normal = input["normal"].vector3();
+  const double thickness_mm = input["thickness_mm"].number();
+  brush = contour ? PaintBrush::contour(normal, thickness_mm) : PaintBrush::disc(normal, thickness_mm);
+  return nullptr;
 }
 
 }  // namespace simplexseg

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kinds and radii of points in scene files and logs.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,7 +21,12 @@ MarkKind read_point_kind(const JsonInput& input);
 double read_radius(const JsonInput& input);
 /// Reads the vertices of a path (UserPoint::path_mm): a list of lists of three numbers.
 std::vector<Eigen::Vector3d> read_path(const JsonInput& input);
-/// Reads the brush of a stroke of paint: `normal` and `thickness_mm` of a disc; neither for a ball.
-PaintBrush read_brush(const JsonInput& input);
+/// Reads paint into `brush` and `edit`: `normal` and `thickness_mm` of a disc or, with `contour`, of a contour; neither
+/// for a ball. Returns its set of voxels, or null without one.
+std::shared_ptr<const PaintVoxels> read_paint(const JsonInput& input, PaintBrush& brush, VoxelEdit& edit);
+/// Reads the name of an edit.
+VoxelEdit read_voxel_edit(const JsonInput& input);
+/// Reads a set of painted voxels (voxels_json()).
+std::shared_ptr<const PaintVoxels> read_voxels(const JsonInput& input);
 
 }  // namespace simplexseg

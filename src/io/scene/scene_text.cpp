@@ -117,7 +117,7 @@ UserPoint read_point(const JsonInput& input, const Scene& scene) {
   if (input.has("outward")) point.outward = input["outward"].vector3();
   if (input.has("path_mm")) point.path_mm = read_path(input["path_mm"]);
   if (input.has("continues")) point.continues = input["continues"].boolean();
-  if (input.has("paint")) point.brush = read_brush(input["paint"]);
+  if (input.has("paint")) point.voxels = read_paint(input["paint"], point.brush, point.edit);
   return point;
 }
 
@@ -172,7 +172,7 @@ Json point_json(const UserPoint& point, const Scene& scene) {
   if (point.outward.norm() > 0) json["outward"] = vector_json<Json>(point.outward);
   if (point.is_stroke()) json["path_mm"] = path_json<Json>(point.path_mm);
   if (point.continues) json["continues"] = true;
-  if (point.is_paint()) json["paint"] = brush_json<Json>(point.brush);
+  if (point.is_paint()) json["paint"] = paint_json<Json>(point);
   return json;
 }
 

@@ -145,11 +145,16 @@ class SceneMesh:
     def paint(
         self,
         path: Sequence[ArrayLike],
-        radius: float,
+        radius: float = 0.0,
         *,
         erase: bool = False,
         normal: ArrayLike | None = None,
         thickness: float = 0.0,
+        contour: bool = False,
+        edit: str | None = None,
+    ) -> ScenePoint: ...
+    def edit_voxels(
+        self, edit: str, *, size: float | None = None, other: SceneMesh | None = None
     ) -> ScenePoint: ...
     def evidence(self) -> Volume | None: ...
     def delete(self) -> None: ...
