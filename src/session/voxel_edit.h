@@ -27,6 +27,7 @@ struct VoxelEditInfo {
   VoxelEdit edit;
   const char* name;    ///< name in files, in snake_case
   const char* title;   ///< text of the list of actions, in lower case
+  const char* doc;     ///< description in one sentence, shown as tooltip
   bool uses_stroke;    ///< whether it needs the stroke of a brush (AddPoint) instead of EditVoxels
   bool uses_other;     ///< whether it needs another object
   ParameterInfo size;  ///< size of the edit; name "" if it has none

@@ -8,6 +8,7 @@
 #include <QJsonDocument>
 #include <QJsonObject>
 #include <QKeyEvent>
+#include <QMenu>
 #include <cmath>
 #include <map>
 
@@ -49,17 +50,22 @@ class InteractionsTest : public WindowTest {
     const std::map<QString, Act> acts{{"undo", Act::Undo},
                                       {"redo", Act::Redo},
                                       {"duplicate mesh", Act::DuplicateMesh},
-                                      {"delete mesh", Act::DeleteMesh}};
-    const std::map<QString, Act> tools{{"seed", Act::ToolSeed},           {"point", Act::ToolPoint},
-                                       {"crosshair", Act::ToolCrosshair}, {"inside", Act::ToolInside},
-                                       {"outside", Act::ToolOutside},     {"box", Act::ToolBox},
-                                       {"brush", Act::ToolBrush},         {"eraser", Act::ToolEraser}};
+                                      {"delete mesh", Act::DeleteMesh},
+                                      {"three dimensions", Act::Brush3d},
+                                      {"lasso", Act::Lasso},
+                                      {"smart", Act::SmartBrush}};
+    const std::map<QString, Act> tools{
+        {"seed", Act::ToolSeed},     {"point", Act::ToolPoint},     {"crosshair", Act::ToolCrosshair},
+        {"inside", Act::ToolInside}, {"outside", Act::ToolOutside}, {"box", Act::ToolBox},
+        {"brush", Act::ToolBrush},   {"eraser", Act::ToolEraser},   {"freeze", Act::ToolFreeze}};
     if (event.contains("steps")) {
       bench().advance_steps(event["steps"].toInt());
     } else if (event.contains("tool")) {
       window_->actions()[tools.at(event["tool"].toString())]->trigger();
     } else if (event.contains("act")) {
       window_->actions()[acts.at(event["act"].toString())]->trigger();
+    } else if (event.contains("edit")) {
+      window_->findChild<QMenu*>("voxel_menu")->findChild<QAction*>(event["edit"].toString())->trigger();
     } else if (event.contains("key")) {
       const QString key = event["key"].toString();
       QKeyEvent press(QEvent::KeyPress, key[0].unicode(), Qt::NoModifier);
@@ -69,8 +75,9 @@ class InteractionsTest : public WindowTest {
       mouse(view, QEvent::MouseMove, pixel_of(view, event["move"]), Qt::NoButton, Qt::NoButton);
     } else if (event.contains("drag")) {
       SliceView& view = view_of(event);
-      drag(view, pixel_of(view, event["drag"][0]), pixel_of(view, event["drag"][1]), Qt::LeftButton,
-           event["with"] == "shift" ? Qt::ShiftModifier : Qt::NoModifier);
+      std::vector<QPointF> path;
+      for (const QJsonValue place : event["drag"].toArray()) path.push_back(pixel_of(view, place));
+      drag(view, path, Qt::LeftButton, event["with"] == "shift" ? Qt::ShiftModifier : Qt::NoModifier);
     } else {
       FAIL() << "unknown event";
     }

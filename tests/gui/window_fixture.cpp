@@ -111,12 +111,18 @@ void WindowTest::mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt
 
 void WindowTest::drag(QWidget& widget, const QPointF& from, const QPointF& to, Qt::MouseButton button,
                       Qt::KeyboardModifiers modifiers) {
-  mouse(widget, QEvent::MouseButtonPress, from, button, button, modifiers);
+  drag(widget, {from, to}, button, modifiers);
+}
+
+void WindowTest::drag(QWidget& widget, const std::vector<QPointF>& path, Qt::MouseButton button,
+                      Qt::KeyboardModifiers modifiers) {
+  mouse(widget, QEvent::MouseButtonPress, path.front(), button, button, modifiers);
   constexpr int kMoves = 8;
-  for (int n = 1; n <= kMoves; ++n) {
-    mouse(widget, QEvent::MouseMove, from + (to - from) * n / kMoves, Qt::NoButton, button, modifiers);
-  }
-  mouse(widget, QEvent::MouseButtonRelease, to, button, Qt::NoButton, modifiers);
+  for (std::size_t p = 1; p < path.size(); ++p)
+    for (int n = 1; n <= kMoves; ++n)
+      mouse(widget, QEvent::MouseMove, path[p - 1] + (path[p] - path[p - 1]) * n / kMoves, Qt::NoButton, button,
+            modifiers);
+  mouse(widget, QEvent::MouseButtonRelease, path.back(), button, Qt::NoButton, modifiers);
 }
 
 bool WindowTest::share_contexts(const View& a, const View& b) {

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "gui/input/action_table.h"
 #include "gui/views/slice_view.h"
@@ -45,6 +46,9 @@ class WindowTest : public ::testing::Test {
                     Qt::MouseButtons held, Qt::KeyboardModifiers modifiers = {});
   /// Sends a press, some moves and a release.
   static void drag(QWidget& widget, const QPointF& from, const QPointF& to, Qt::MouseButton button = Qt::LeftButton,
+                   Qt::KeyboardModifiers modifiers = {});
+  /// The same along a path of at least two places.
+  static void drag(QWidget& widget, const std::vector<QPointF>& path, Qt::MouseButton button = Qt::LeftButton,
                    Qt::KeyboardModifiers modifiers = {});
   static bool share_contexts(const View& a, const View& b);
   static void wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers = {});

@@ -13,7 +13,7 @@ namespace simplexseg {
 enum class Act {
   Open, OpenFolder, Archive, SendBack, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
-  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBox, ToolBrush, ToolEraser, Brush3d,
+  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBox, ToolBrush, ToolEraser, ToolFreeze, Brush3d, Lasso, SmartBrush,
   RunPause, Step, CancelSolving, ResetPose, Compare,
   ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
   ShowMeshes, ShowFill, ShowField, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,

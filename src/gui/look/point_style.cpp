@@ -29,11 +29,17 @@ const PointStyle& style_of(MarkKind kind) {
 
 QString title_of(MarkKind kind) { return QCoreApplication::translate("Points", style_of(kind).title); }
 QString title_of(const UserPoint& point) {
+  if (point.edit != VoxelEdit::None) return title_of(point.edit);
   if (point.is_paint())
     return point.kind == MarkKind::Inside ? QCoreApplication::translate("Points", "Paint")
                                           : QCoreApplication::translate("Points", "Eraser");
   const QString kind = title_of(point.kind);
   return point.is_stroke() ? QCoreApplication::translate("Points", "%1 stroke").arg(kind) : kind;
+}
+QString title_of(VoxelEdit edit) {
+  QString title = QCoreApplication::translate("Edits", info_of(edit).title);
+  title[0] = title[0].toUpper();
+  return title;
 }
 Glyph glyph_of(MarkKind kind) { return style_of(kind).glyph; }
 QColor colour_of(MarkKind kind, const Colour& mesh) {

@@ -16,6 +16,7 @@ QString title_of(MarkKind kind);
 QString title_of(const UserPoint& point);
 /// Sign on a point's handle, which distinguishes the kinds without colour.
 enum class Glyph { Plain, Plus, Minus };
+QString title_of(VoxelEdit edit);
 Glyph glyph_of(MarkKind kind);
 /// Colour of a point's handle; a boundary point has the colour of its mesh.
 QColor colour_of(MarkKind kind, const Colour& mesh);

@@ -51,6 +51,17 @@ void eraser(QPainter& painter) {
   painter.drawPolygon(QPolygonF({{8, 8}, {12.5, 3.5}, {17.5, 8.5}, {13, 13}}));
 }
 
+void snowflake(QPainter& painter) {
+  for (int arm = 0; arm < 6; ++arm) {
+    painter.save();
+    painter.translate(10, 10);
+    painter.rotate(60 * arm);
+    painter.drawLine(QPointF(0, 0), QPointF(0, -8));
+    painter.drawPolyline(QPolygonF({{-2.2, -7}, {0, -4.8}, {2.2, -7}}));
+    painter.restore();
+  }
+}
+
 void padlock(QPainter& painter, bool closed) {
   if (closed) painter.setBrush(painter.pen().color());
   painter.drawRoundedRect(QRectF(4.5, 9, 11, 8), 1.5, 1.5);
@@ -120,6 +131,9 @@ void draw(QPainter& painter, Symbol symbol) {
       return;
     case Symbol::Eraser:
       eraser(painter);
+      return;
+    case Symbol::Freeze:
+      snowflake(painter);
       return;
     case Symbol::Run:
       filled(painter, QPolygonF({{6, 4}, {16, 10}, {6, 16}}));

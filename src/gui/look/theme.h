@@ -18,6 +18,7 @@ inline const QColor kSelected{255, 221, 87};
 // Bluish green and vermilion: distinguishable by the colour-blind (Okabe and Ito, Color universal design, 2008).
 inline const QColor kInside{0, 158, 115};
 inline const QColor kOutside{213, 94, 0};
+inline const QColor kFrozen{140, 205, 255};
 
 /// Colour of a slice's title, of its trace in the other views and of its frame in 3D.
 QColor slice_colour(Orientation orientation);

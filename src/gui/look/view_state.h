@@ -9,8 +9,8 @@
 
 namespace simplexseg {
 
-enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser, Box };
-inline bool paints(Tool tool) { return tool == Tool::Brush || tool == Tool::Eraser; }
+enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser, Box, Freeze };
+inline bool paints(Tool tool) { return tool == Tool::Brush || tool == Tool::Eraser || tool == Tool::Freeze; }
 
 /// State of the display, shared by all views. It is neither saved nor part of undo.
 struct ViewState {
@@ -19,8 +19,10 @@ struct ViewState {
   bool low_is_bright = false;      ///< inverted grey scale, as in MONOCHROME1 of DICOM
   Convention convention = Convention::Radiological;
   Tool tool = Tool::Crosshair;
-  double brush_mm = 1;              ///< radius of brush and eraser
-  bool brush_3d = false;            ///< ball instead of a disc in the slice
+  double brush_mm = 1;              ///< radius of the brush of Brush, Eraser and Freeze
+  bool brush_3d = false;            ///< ball instead of a disc in the slice; lasso through the volume
+  bool lasso = false;               ///< contour that encloses voxels, instead of a brush
+  bool smart_brush = false;         ///< Brush and Eraser: only voxels with the intensities of the path
   bool window_level_armed = false;  ///< the next left drag sets window and level
   bool show_meshes = true;
   bool show_fill = false;   ///< fill of all meshes in the slices

@@ -21,58 +21,78 @@ VolumeGeometry grid_of(const SliceGrid& slice, double spacing_mm) {
   return grid;
 }
 
-}  // namespace
-
-PaintOutline outline_of(std::span<const PaintStroke> strokes, const SliceGrid& slice, double spacing_mm) {
-  PaintOutline outline;
+/// What strokes set in each texel of a slice; empty if they set nothing.
+std::vector<VoxelPaint> texels_of(std::span<const PaintStroke> strokes, const SliceGrid& slice, double spacing_mm) {
   const VolumeGeometry grid = grid_of(slice, spacing_mm);
-  std::vector<StrokeVoxels> found;
+  std::vector<VoxelPaint> texels;
   for (const PaintStroke& stroke : strokes) {
-    StrokeVoxels voxels = voxels_of(stroke, grid);
-    if (!voxels.voxels.empty()) found.push_back(std::move(voxels));
-  }
-  if (found.empty()) return outline;
-  std::vector<VoxelPaint> state(static_cast<std::size_t>(slice.width) * slice.height, VoxelPaint::None);
-  for (const StrokeVoxels& voxels : found) {
-    voxels.for_each([&](int i, int j, int, bool inside) {
-      state[static_cast<std::size_t>(j) * slice.width + i] = inside ? VoxelPaint::Inside : VoxelPaint::Outside;
+    const StrokeVoxels found = voxels_of(stroke, grid);
+    if (texels.empty() && !found.voxels.empty())
+      texels.assign(static_cast<std::size_t>(slice.width) * slice.height, VoxelPaint::None);
+    found.for_each([&](int i, int j, int, bool inside) {
+      texels[static_cast<std::size_t>(j) * slice.width + i] = inside ? VoxelPaint::Inside : VoxelPaint::Outside;
     });
   }
-  const auto state_at = [&](int i, int j) {
+  return texels;
+}
+
+/// Calls side(value, start, end) for each side of a texel with another value beside it, ends in mm.
+template <class Side>
+void for_each_side(const std::vector<VoxelPaint>& texels, const SliceGrid& slice, const Side& side) {
+  if (texels.empty()) return;
+  const auto value_at = [&](int i, int j) {
     if (i < 0 || j < 0 || i >= slice.width || j >= slice.height) return VoxelPaint::None;
-    return state[static_cast<std::size_t>(j) * slice.width + i];
+    return texels[static_cast<std::size_t>(j) * slice.width + i];
   };
   const auto corner = [&](int i, int j) -> Eigen::Vector3f {
     return (slice.corner_mm() + i * slice.step_u_mm + j * slice.step_v_mm).cast<float>();
   };
   for (int j = 0; j < slice.height; ++j)
     for (int i = 0; i < slice.width; ++i) {
-      const VoxelPaint here = state_at(i, j);
+      const VoxelPaint here = value_at(i, j);
       if (here == VoxelPaint::None) continue;
-      std::vector<Eigen::Vector3f>& ends = here == VoxelPaint::Inside ? outline.painted : outline.erased;
-      const auto add = [&](VoxelPaint beside, int i0, int j0, int i1, int j1) {
-        if (beside == here) return;
-        ends.push_back(corner(i0, j0));
-        ends.push_back(corner(i1, j1));
-      };
-      add(state_at(i - 1, j), i, j, i, j + 1);
-      add(state_at(i + 1, j), i + 1, j, i + 1, j + 1);
-      add(state_at(i, j - 1), i, j, i + 1, j);
-      add(state_at(i, j + 1), i, j + 1, i + 1, j + 1);
+      if (value_at(i - 1, j) != here) side(here, corner(i, j), corner(i, j + 1));
+      if (value_at(i + 1, j) != here) side(here, corner(i + 1, j), corner(i + 1, j + 1));
+      if (value_at(i, j - 1) != here) side(here, corner(i, j), corner(i + 1, j));
+      if (value_at(i, j + 1) != here) side(here, corner(i, j + 1), corner(i + 1, j + 1));
     }
+}
+
+}  // namespace
+
+PaintOutline outline_of(std::span<const PaintStroke> strokes, std::span<const PaintStroke> frozen,
+                        const SliceGrid& slice, double spacing_mm) {
+  PaintOutline outline;
+  for_each_side(texels_of(strokes, slice, spacing_mm), slice,
+                [&](VoxelPaint value, const auto& start, const auto& end) {
+                  std::vector<Eigen::Vector3f>& ends = value == VoxelPaint::Inside ? outline.painted : outline.erased;
+                  ends.push_back(start), ends.push_back(end);
+                });
+  std::vector<VoxelPaint> kept = texels_of(frozen, slice, spacing_mm);
+  for (VoxelPaint& texel : kept)
+    if (texel == VoxelPaint::Outside) texel = VoxelPaint::Inside;
+  for_each_side(kept, slice, [&](VoxelPaint, const auto& start, const auto& end) {
+    outline.frozen.push_back(start), outline.frozen.push_back(end);
+  });
   return outline;
 }
 
 const PaintOutline& PaintLayer::in_slice(const Scene& scene, const SliceGrid& slice, double spacing_mm) {
-  std::vector<std::vector<PaintStroke>> paint;
-  for (const MeshItem& item : scene.meshes)
-    if (item.visible) paint.push_back(paint_of(scene, item.id));
+  std::vector<MeshPaint> paint;
+  for (const MeshItem& item : scene.meshes) {
+    if (!item.visible) continue;
+    MeshPaint& of_mesh = paint.emplace_back();
+    for (const UserPoint& point : scene.points)
+      if (point.mesh == item.id && point.is_paint())
+        (point.edit == VoxelEdit::Freeze ? of_mesh.frozen : of_mesh.strokes).push_back(paint_stroke_of(point));
+  }
   if (paint == paint_ && slice == slice_) return outline_;
   outline_ = {};
-  for (const std::vector<PaintStroke>& strokes : paint) {
-    const PaintOutline outline = outline_of(strokes, slice, spacing_mm);
+  for (const MeshPaint& of_mesh : paint) {
+    const PaintOutline outline = outline_of(of_mesh.strokes, of_mesh.frozen, slice, spacing_mm);
     outline_.painted.insert(outline_.painted.end(), outline.painted.begin(), outline.painted.end());
     outline_.erased.insert(outline_.erased.end(), outline.erased.begin(), outline.erased.end());
+    outline_.frozen.insert(outline_.frozen.end(), outline.frozen.begin(), outline.frozen.end());
   }
   paint_ = std::move(paint), slice_ = slice;
   return outline_;

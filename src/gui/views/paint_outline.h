@@ -10,12 +10,14 @@
 
 namespace simplexseg {
 
-/// Borders of the painted and of the erased texels of a slice, as segments in mm: start, end, start, end ...
+/// Borders of the painted, erased and frozen texels of a slice, as segments in mm: start, end, start, end ...
 struct PaintOutline {
-  std::vector<Eigen::Vector3f> painted, erased;
+  std::vector<Eigen::Vector3f> painted, erased, frozen;
 };
-/// Outline of strokes, of which later ones replace earlier ones. `spacing_mm`: distance between slices.
-PaintOutline outline_of(std::span<const PaintStroke> strokes, const SliceGrid& slice, double spacing_mm);
+/// Outline of paint. `strokes`: later ones replace earlier ones; `frozen`: frozen parts; `spacing_mm`: distance between
+/// slices.
+PaintOutline outline_of(std::span<const PaintStroke> strokes, std::span<const PaintStroke> frozen,
+                        const SliceGrid& slice, double spacing_mm);
 
 /// Outline of the paint of the visible meshes of a scene in a slice.
 class PaintLayer {
@@ -24,7 +26,11 @@ class PaintLayer {
   const PaintOutline& in_slice(const Scene& scene, const SliceGrid& slice, double spacing_mm);
 
  private:
-  std::vector<std::vector<PaintStroke>> paint_;  ///< of each visible mesh
+  struct MeshPaint {
+    std::vector<PaintStroke> strokes, frozen;
+    bool operator==(const MeshPaint&) const = default;
+  };
+  std::vector<MeshPaint> paint_;  ///< of each visible mesh
   SliceGrid slice_;
   PaintOutline outline_;
 };

@@ -128,7 +128,7 @@ void SliceTools::begin_paint(const QPointF& pixel) {
   const Eigen::Vector3d at_mm = view_.world_of(pixel);
   if (!require_active_mesh() || !workbench_.session().volume().geometry().contains(at_mm)) return;
   drag_ = Drag::Stroke;
-  stroke_tool_.begin_paint(workbench_.view.tool == Tool::Brush, at_mm, Eigen::Vector3d::Unit(view_.axes().normal));
+  stroke_tool_.begin_paint(at_mm, Eigen::Vector3d::Unit(view_.axes().normal));
   view_.update();
 }
 

@@ -290,28 +290,6 @@ void SliceView::draw_springs(const Projection& projection) {
   }
 }
 
-void SliceView::draw_paint(const Projection& projection) {
-  const auto draw = [&](const PaintOutline& outline, float width) {
-    const float width_px = width * static_cast<float>(devicePixelRatio());
-    if (!outline.painted.empty()) line_painter_.draw(projection, outline.painted, rgba_of(theme::kInside), width_px);
-    if (!outline.erased.empty()) line_painter_.draw(projection, outline.erased, rgba_of(theme::kOutside), width_px);
-  };
-  const VolumeGeometry& geometry = workbench_.session().volume().geometry();
-  const SliceGrid grid = slice_grid(geometry, orientation_, workbench_.view.crosshair_mm);
-  const double spacing_mm = slice_spacing_mm(geometry)[axes().normal];
-  if (workbench_.view.show_meshes) draw(paint_layer_.in_slice(workbench_.scene(), grid, spacing_mm), 1.2f);
-  if (const std::optional<UserPoint>& stroke = tools_.stroke(); stroke && stroke->is_paint())
-    draw(outline_of({{paint_stroke_of(*stroke)}}, grid, spacing_mm), 2);
-}
-
-void SliceView::draw_brush(const Projection& projection) {
-  const std::optional<Eigen::Vector3d> centre_mm = tools_.brush_centre_mm();
-  if (!centre_mm) return;
-  const bool paints = workbench_.view.tool == Tool::Brush;
-  draw_circle(projection, *centre_mm, workbench_.view.brush_mm, rgba_of(paints ? theme::kInside : theme::kOutside),
-              1.6f);
-}
-
 double SliceView::scale_bar_mm() const {
   const double most_mm = 0.2 * width() * mm_per_pixel_, size = std::pow(10, std::floor(std::log10(most_mm)));
   for (const double step : {5.0, 2.0})
@@ -400,8 +378,7 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   } else if (tools_.seed()) {
     note = tr("radius %1").arg(text(length_text(tools_.seed()->radius_mm)));
   } else if (tools_.brush_centre_mm()) {
-    note = tr(workbench_.view.brush_3d ? "ball, radius %1" : "disc, radius %1")
-               .arg(text(length_text(workbench_.view.brush_mm)));
+    note = brush_text();
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   } else if (const MeshItem* item = workbench_.active_mesh(); workbench_.view.show_field && !field_ && item) {

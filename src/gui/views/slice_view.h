@@ -82,6 +82,7 @@ class SliceView : public View {
   void draw_stroke(const Projection& projection, const UserPoint& stroke);
   void draw_paint(const Projection& projection);
   void draw_brush(const Projection& projection);
+  QString brush_text() const;  ///< shape and size of the brush
   /// `width`: line width, logical pixels.
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
                    float width);

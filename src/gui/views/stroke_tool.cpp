@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "gui/views/slice_view.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -13,13 +14,20 @@ void StrokeTool::begin(MarkKind kind, const Eigen::Vector3d& at_mm) {
   stroke_ = UserPoint{0, workbench_.view.active_mesh, at_mm, kind};
 }
 
-void StrokeTool::begin_paint(bool inside, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
+void StrokeTool::begin_paint(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
   const ViewState& view = workbench_.view;
-  begin(inside ? MarkKind::Inside : MarkKind::Outside, at_mm);
-  stroke_->radius_mm = view.brush_mm;
+  begin(view.tool == Tool::Eraser ? MarkKind::Outside : MarkKind::Inside, at_mm);
+  stroke_->edit = view.tool == Tool::Freeze ? VoxelEdit::Freeze
+                  : view.smart_brush        ? VoxelEdit::SmartPaint
+                                            : VoxelEdit::None;
   // The extent of a voxel along the normal: in a volume that is not axis-aligned, a disc then has no gaps.
   const VolumeGeometry& geometry = workbench_.session().volume().geometry();
   const double thickness_mm = (geometry.world_from_index().linear().transpose() * normal).cwiseAbs().sum();
+  if (view.lasso) {
+    stroke_->brush = PaintBrush::contour(normal, view.brush_3d ? 0 : thickness_mm);
+    return;
+  }
+  stroke_->radius_mm = view.brush_mm;
   stroke_->brush = view.brush_3d ? PaintBrush::ball() : PaintBrush::disc(normal, thickness_mm);
 }
 
@@ -43,8 +51,18 @@ void StrokeTool::extend(const Eigen::Vector3d& at_mm) {
 void StrokeTool::finish() {
   const std::optional<UserPoint> stroke = std::exchange(stroke_, std::nullopt);
   if (!stroke) return;
-  workbench_.apply(AddPoint{
-      stroke->mesh, stroke->position_mm, stroke->kind, stroke->radius_mm, {0, 0, 0}, stroke->path_mm, stroke->brush});
+  if (stroke->brush.shape == PaintBrush::Shape::Contour && stroke->path_mm.size() < 2) {
+    workbench_.notify(Severity::Note, SliceView::tr("Lasso: drag around the part"));
+    return;
+  }
+  workbench_.apply(AddPoint{stroke->mesh,
+                            stroke->position_mm,
+                            stroke->kind,
+                            stroke->radius_mm,
+                            {0, 0, 0},
+                            stroke->path_mm,
+                            stroke->brush,
+                            stroke->edit});
 }
 
 }  // namespace simplexseg

@@ -14,12 +14,12 @@ class StrokeTool {
   explicit StrokeTool(Workbench& workbench) : workbench_(workbench) {}
 
   void begin(MarkKind kind, const Eigen::Vector3d& at_mm);
-  /// Begins paint or erasure in a slice with this unit normal, with the brush of the view state.
-  void begin_paint(bool inside, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal);
+  /// Begins paint in a slice with this unit normal, with tool and brush of the view state.
+  void begin_paint(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal);
   /// Adds a vertex, unless it is nearer than half a voxel or a tenth of the brush to the last one, or outside the
   /// image.
   void extend(const Eigen::Vector3d& at_mm);
-  /// Adds the stroke to the scene; a failure becomes a message.
+  /// Adds the stroke to the scene, unless it is a lasso that encloses nothing; a failure becomes a message.
   void finish();
   /// Stroke while the user draws it; otherwise none. The radius of a mark is unknown.
   const std::optional<UserPoint>& stroke() const { return stroke_; }
@@ -28,7 +28,7 @@ class StrokeTool {
 
  private:
   Workbench& workbench_;
-  std::optional<UserPoint> stroke_;
+  std::optional<UserPoint> stroke_;  ///< with the edit of paint, but without its voxels
 };
 
 }  // namespace simplexseg

@@ -40,6 +40,7 @@
 #include "gui/window/state_chip.h"
 #include "gui/window/status_line.h"
 #include "gui/window/step_strip.h"
+#include "gui/window/voxel_menu.h"
 #include "gui/window/workbench_actions.h"
 #include "gui/workbench/ask_and_save.h"
 #include "gui/workbench/background_job.h"
@@ -159,13 +160,16 @@ void MainWindow::build_menus() {
                      {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere, Act::PointHere, Act::DeletePoint}});
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed, Act::ToolBox},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
-                      {Act::ToolBrush, Act::ToolEraser, Act::Brush3d},
+                      {Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze},
+                      {Act::Brush3d, Act::Lasso, Act::SmartBrush},
                       {Act::WindowLevel}});
-  fill(tr("Se&gmentation"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
-                             {Act::MeshFromLabels, Act::MeshFromFile},
-                             {Act::MeshUp, Act::MeshDown},
-                             {Act::WorstFit},
-                             {Act::DeleteMesh}});
+  QMenu* const segmentation = fill(
+      tr("Se&gmentation"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
+                            {Act::MeshFromLabels, Act::MeshFromFile},
+                            {Act::MeshUp, Act::MeshDown},
+                            {Act::WorstFit},
+                            {Act::DeleteMesh}});
+  segmentation->insertMenu(actions[Act::MeshFromLabels], new VoxelMenu(*workbench_, segmentation));
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ =
       fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
@@ -219,7 +223,8 @@ void MainWindow::build_toolbar() {
        {Act::ToolInside, Symbol::Inside, tr("Inside")},
        {Act::ToolOutside, Symbol::Outside, tr("Outside")},
        {Act::ToolBrush, Symbol::Brush, tr("Paint")},
-       {Act::ToolEraser, Symbol::Eraser, tr("Erase")}});
+       {Act::ToolEraser, Symbol::Eraser, tr("Erase")},
+       {Act::ToolFreeze, Symbol::Freeze, tr("Freeze")}});
   auto* group = new QActionGroup(this);
   for (QAction* tool : bar->actions()) group->addAction(tool);
   bar->addSeparator();

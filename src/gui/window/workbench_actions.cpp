@@ -24,7 +24,8 @@ constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}
                                            {Act::ToolOutside, Tool::Outside},
                                            {Act::ToolBox, Tool::Box},
                                            {Act::ToolBrush, Tool::Brush},
-                                           {Act::ToolEraser, Tool::Eraser}};
+                                           {Act::ToolEraser, Tool::Eraser},
+                                           {Act::ToolFreeze, Tool::Freeze}};
 
 /// Sets a text such as "Undo add point", or "Undo" if `title` is empty.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
@@ -44,8 +45,9 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   connect_simulation();
   connect_view();
   // A key that is held must not toggle a mode or copy a mesh repeatedly.
-  for (const Act act : {Act::WindowLevel, Act::Brush3d, Act::RunPause, Act::LockMesh, Act::DuplicateMesh,
-                        Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
+  for (const Act act :
+       {Act::WindowLevel, Act::Brush3d, Act::Lasso, Act::SmartBrush, Act::RunPause, Act::LockMesh, Act::DuplicateMesh,
+        Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
@@ -126,6 +128,8 @@ void WorkbenchActions::connect_view() {
   connect_toggle(Act::Names, &ViewState::show_names);
   connect_toggle(Act::Slices3d, &ViewState::show_slices_3d);
   connect_toggle(Act::Brush3d, &ViewState::brush_3d);
+  connect_toggle(Act::Lasso, &ViewState::lasso);
+  connect_toggle(Act::SmartBrush, &ViewState::smart_brush);
   connect_toggle(Act::WindowLevel, &ViewState::window_level_armed);
   actions_.on_toggle(Act::Neurological, [this](bool checked) {
     workbench_.view.convention = checked ? Convention::Neurological : Convention::Radiological;
@@ -197,8 +201,8 @@ void WorkbenchActions::refresh() {
        {Act::ToolSeed, Act::ToolBox, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
-  for (const Act act :
-       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser, Act::ShowField})
+  for (const Act act : {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser,
+                        Act::ToolFreeze, Act::ShowField})
     set_enabled(actions_[act], meshes, no_mesh);
 }
 
