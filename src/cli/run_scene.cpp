@@ -16,6 +16,7 @@
 #include "io/scene/references.h"
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
+#include "io/source/volume_source.h"
 #include "io/volume/volume_io.h"
 #include "session/paint.h"
 #include "session/session.h"
@@ -44,8 +45,14 @@ std::vector<fs::path> inputs_of(const SceneFile& file, const fs::path& folder) {
 void write_outputs(const RunOptions& options, const Session& session, RunReport& report, bool low_is_bright,
                    const Console& console) {
   const Scene& scene = session.scene();
+  const VolumeGeometry grid =
+      options.grid.empty() ? session.volume().geometry() : open_volume(options.grid).info.geometry;
+  if (!options.fractions.empty()) {
+    make_folder(options.fractions);
+    save_fractions(options.fractions, scene, grid);
+  }
   if (!options.labels.empty()) {
-    const std::string note = save_labels(options.labels, scene, session.volume().geometry());
+    const std::string note = save_labels(options.labels, scene, grid, session.volume().geometry());
     if (!note.empty()) console.err << "note: " << note << "\n";
   }
   if (!options.meshes.empty()) {
@@ -76,7 +83,14 @@ void check_outputs(const RunOptions& options, OutputChecks& checks) {
   if (!options.save.empty()) require_scene_name(options.save);
   for (const std::string& output : {options.labels, options.report, options.picture, options.save})
     if (!output.empty()) checks.require_file(output);
-  if (!options.meshes.empty()) checks.require_folder(options.meshes);
+  for (const std::string& output : {options.meshes, options.fractions})
+    if (!output.empty()) checks.require_folder(output);
+  if (!options.grid.empty() && options.labels.empty() && options.fractions.empty())
+    throw Error("--grid", "there is nothing to write on it", "add --labels or --fractions, or omit it");
+  if (options.grid.empty()) return;
+  open_volume(options.grid);  // throws before the run if it cannot be read
+  if (!options.labels.empty() && fs::path(options.labels).extension() == ".dcm")
+    throw Error("--grid", "DICOM labels need the grid of their image", "write another format, or omit --grid");
 }
 
 void check_outputs(const RunOptions& options, const SceneFile& file, const fs::path& folder,
@@ -85,17 +99,20 @@ void check_outputs(const RunOptions& options, const SceneFile& file, const fs::p
   inputs.insert(inputs.end(), read_from.begin(), read_from.end());
   OutputChecks checks(std::move(inputs));
   check_outputs(options, checks);
-  if (file.volume.empty() && !options.labels.empty()) {
-    throw Error("--labels", "the scene has no volume, so the grid of the labels is unknown",
-                "add 'volume' to the scene");
+  if (file.volume.empty() && options.grid.empty() && !(options.labels.empty() && options.fractions.empty())) {
+    throw Error(options.labels.empty() ? "--fractions" : "--labels",
+                "the scene has no volume, so the grid of the labels is unknown",
+                "add 'volume' to the scene, or use --grid");
   }
   if (!options.labels.empty()) require_labels_name(options.labels, file.scene);
   if (!options.picture.empty()) require_view_name(options.picture, file.scene);
   if (!options.save.empty()) require_scene_name(options.save, file.scene);
-  std::error_code failure;
-  if (options.meshes.empty() || !fs::is_directory(options.meshes, failure)) return;
-  for (const std::string& name : mesh_file_names(file.scene, "." + options.mesh_format))
-    checks.require_file(fs::path(options.meshes) / name);
+  for (const auto& [output, extension] : {std::pair(options.meshes, "." + options.mesh_format),
+                                          std::pair(options.fractions, std::string(kFractionsExtension))}) {
+    std::error_code failure;
+    if (output.empty() || !fs::is_directory(output, failure)) continue;
+    for (const std::string& name : mesh_file_names(file.scene, extension)) checks.require_file(fs::path(output) / name);
+  }
 }
 
 void run_scene(RunInput input, const RunOptions& options, const Console& console) {
@@ -188,6 +205,12 @@ StepOptions add_run_options(const Subcommand& sub, RunOptions& options) {
   sub.add_option("--mesh-format", options.mesh_format, "Format of the files of --meshes; ply is lossless")
       .one_of({"ply", "obj", "stl", "vtk", "vtp"})
       .show_default();
+  sub.add_option("--fractions", options.fractions,
+                 "Output folder for partial-volume labels: NAME.nii.gz with the fraction of each voxel inside the mesh")
+      .not_empty();
+  sub.add_option("--grid", options.grid,
+                 "Volume whose grid --labels and --fractions get; default: the volume of the scene")
+      .not_empty();
   sub.add_option("--save", options.save,
                  "Output file (.json) for the scene after the run, to continue it or to open it")
       .not_empty();

@@ -21,7 +21,7 @@ struct RunOptions {
   std::optional<int> steps;
   bool until_rest = false;
   std::vector<std::string> settings;
-  std::string labels, meshes, mesh_format = "ply", report, picture, save;
+  std::string labels, grid, fractions, meshes, mesh_format = "ply", report, picture, save;
   int picture_size = 400;
 };
 

@@ -39,11 +39,8 @@ std::string with_name(std::string text, const std::string& name) {
 
 /// Returns the name and value of each output option.
 std::vector<std::pair<const char*, std::string*>> outputs_of(RunOptions& options) {
-  return {{"--labels", &options.labels},
-          {"--meshes", &options.meshes},
-          {"--report", &options.report},
-          {"--picture", &options.picture},
-          {"--save", &options.save}};
+  return {{"--labels", &options.labels}, {"--meshes", &options.meshes},   {"--fractions", &options.fractions},
+          {"--report", &options.report}, {"--picture", &options.picture}, {"--save", &options.save}};
 }
 
 /// Throws Error if several scenes would write the same file.

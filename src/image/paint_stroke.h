@@ -12,7 +12,7 @@
 
 namespace simplexseg {
 
-/// What paint sets: the path of a ball, or of a disc in a slice; the interior of a closed contour in a slice; or a set
+/// Shape of paint: the path of a ball, or of a disc in a slice; the interior of a closed contour in a slice; or a set
 /// of voxels.
 struct PaintBrush {
   enum class Shape : std::uint8_t { None, Ball, Disc, Contour, Voxels };

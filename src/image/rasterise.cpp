@@ -12,6 +12,8 @@
 namespace simplexseg {
 namespace {
 
+constexpr int kLines = 4;  // lines through a voxel along each of the axes j and k
+
 /// Intersection of the surface with a row of voxel centres: position along i and change of the winding number.
 struct Crossing {
   double i;
@@ -78,48 +80,88 @@ void cut_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
   }
 }
 
+/// Crossings of a closed surface with the rows of voxel centres of a grid, sorted along each row.
+struct RowCrossings {
+  std::vector<Crossing> crossings;
+  std::vector<std::size_t> end;  ///< end of the crossings of each row (j + k * size[1]); their start is that before
+
+  /// Calls inside(begin, end) for each interval along i of a row in which the winding number is not 0.
+  template <class Inside>
+  void for_each_interval(std::size_t row, const Inside& inside) const {
+    int winding = 0;
+    for (std::size_t c = row == 0 ? 0 : end[row - 1]; c + 1 < end[row]; ++c) {
+      winding += crossings[c].winding;
+      if (winding != 0) inside(crossings[c].i, crossings[c + 1].i);
+    }
+  }
+};
+
+RowCrossings crossings_of(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
+  const TriangleMesh surface = tessellate(mesh);
+  const std::vector<Eigen::Vector3d> points = to_index_space(surface.positions, geometry);
+  // Collects crossings in the order of the triangles, then sorts them by row (counting sort).
+  std::vector<Crossing> found;
+  std::vector<std::size_t> row_of_found;
+  const std::size_t rows = static_cast<std::size_t>(geometry.size[1]) * geometry.size[2];
+  RowCrossings sorted;
+  sorted.end.assign(rows + 1, 0);
+  for (const std::array<int, 3>& t : surface.triangles) {
+    cut_triangle(points[t[0]], points[t[1]], points[t[2]], geometry.size,
+                 [&](std::size_t row, const Crossing& crossing) {
+                   found.push_back(crossing);
+                   row_of_found.push_back(row);
+                   ++sorted.end[row + 1];
+                 });
+  }
+  for (std::size_t row = 0; row < rows; ++row) sorted.end[row + 1] += sorted.end[row];
+  sorted.crossings.resize(found.size());
+  for (std::size_t c = 0; c < found.size(); ++c) sorted.crossings[sorted.end[row_of_found[c]]++] = found[c];
+  for (std::size_t row = 0; row < rows; ++row)
+    std::sort(sorted.crossings.begin() + static_cast<std::ptrdiff_t>(row == 0 ? 0 : sorted.end[row - 1]),
+              sorted.crossings.begin() + static_cast<std::ptrdiff_t>(sorted.end[row]),
+              [](const Crossing& a, const Crossing& b) { return a.i < b.i; });
+  return sorted;
+}
+
 }  // namespace
 
 Mask rasterise(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
   geometry.validate("grid to rasterise on");
   Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
   if (mesh.positions.empty()) return mask;
-  const TriangleMesh surface = tessellate(mesh);
-  const std::vector<Eigen::Vector3d> points = to_index_space(surface.positions, geometry);
-
-  // Collects crossings in the order of the triangles, then sorts them by row (counting sort).
-  std::vector<Crossing> found;
-  std::vector<std::size_t> row_of_found;
-  const std::size_t rows = static_cast<std::size_t>(geometry.size[1]) * geometry.size[2];
-  std::vector<std::size_t> row_end(rows + 1, 0);
-  for (const std::array<int, 3>& t : surface.triangles) {
-    cut_triangle(points[t[0]], points[t[1]], points[t[2]], geometry.size,
-                 [&](std::size_t row, const Crossing& crossing) {
-                   found.push_back(crossing);
-                   row_of_found.push_back(row);
-                   ++row_end[row + 1];
-                 });
-  }
-  for (std::size_t row = 0; row < rows; ++row) row_end[row + 1] += row_end[row];
-  std::vector<Crossing> crossings(found.size());
-  for (std::size_t c = 0; c < found.size(); ++c) crossings[row_end[row_of_found[c]]++] = found[c];
-
-  // row_end[row] is now the end of the row's crossings, row_end[row - 1] their start.
-  for (std::size_t row = 0; row < rows; ++row) {
-    const auto first = crossings.begin() + static_cast<std::ptrdiff_t>(row == 0 ? 0 : row_end[row - 1]);
-    const auto last = crossings.begin() + static_cast<std::ptrdiff_t>(row_end[row]);
-    std::sort(first, last, [](const Crossing& a, const Crossing& b) { return a.i < b.i; });
+  const RowCrossings rows = crossings_of(mesh, geometry);
+  for (std::size_t row = 0; row + 1 < rows.end.size(); ++row) {
     std::uint8_t* voxels = mask.voxels.data() + row * geometry.size[0];
-    int winding = 0;
-    for (auto crossing = first; crossing != last && crossing + 1 != last; ++crossing) {
-      winding += crossing->winding;
-      if (winding == 0) continue;
-      const int begin = first_at_or_after(crossing->i, geometry.size[0]);
-      const int end = first_at_or_after((crossing + 1)->i, geometry.size[0]);
+    rows.for_each_interval(row, [&](double from, double to) {
+      const int begin = first_at_or_after(from, geometry.size[0]), end = first_at_or_after(to, geometry.size[0]);
       std::memset(voxels + begin, 1, static_cast<std::size_t>(end - begin));
-    }
+    });
   }
   return mask;
+}
+
+std::vector<float> inside_fractions(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
+  geometry.validate("grid of the fractions");
+  std::vector<float> fractions(geometry.voxel_count(), 0.0f);
+  if (mesh.positions.empty()) return fractions;
+  VolumeGeometry lines = geometry;  // lines along i through each voxel
+  for (const int a : {1, 2}) lines.size[a] *= kLines, lines.spacing_mm[a] /= kLines;
+  lines.origin_mm = geometry.world_from_index() * Eigen::Vector3d(0, 0.5 / kLines - 0.5, 0.5 / kLines - 0.5);
+  const RowCrossings rows = crossings_of(mesh, lines);
+  const auto [ni, nj, nk] = geometry.size;
+  constexpr double share = 1.0 / (kLines * kLines);
+  for (std::size_t row = 0; row + 1 < rows.end.size(); ++row) {
+    const std::size_t j = row % static_cast<std::size_t>(lines.size[1]) / kLines;
+    const std::size_t k = row / static_cast<std::size_t>(lines.size[1]) / kLines;
+    float* const voxels = fractions.data() + (k * static_cast<std::size_t>(nj) + j) * static_cast<std::size_t>(ni);
+    rows.for_each_interval(row, [&, ni = ni](double from, double to) {
+      from = std::clamp(from, -0.5, ni - 0.5), to = std::clamp(to, -0.5, ni - 0.5);
+      for (int i = static_cast<int>(std::floor(from + 0.5)); i < ni && i - 0.5 < to; ++i)
+        voxels[i] += static_cast<float>(share * (std::min(to, i + 0.5) - std::max(from, i - 0.5)));
+    });
+  }
+  for (float& fraction : fractions) fraction = std::clamp(fraction, 0.0f, 1.0f);
+  return fractions;
 }
 
 }  // namespace simplexseg

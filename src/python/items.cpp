@@ -83,7 +83,7 @@ ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const st
   return {{mesh.session, apply(*mesh.session, command)}};
 }
 
-/// Edit with a name; throws Error unless it uses a stroke or not, as asked.
+/// Edit with a name, among those that use a stroke or among the others. Throws Error if there is none.
 VoxelEdit voxel_edit_of(const std::string& name, bool uses_stroke) {
   std::string names;
   for (const VoxelEditInfo& info : voxel_edits()) {

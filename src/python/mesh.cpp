@@ -101,6 +101,12 @@ Image rasterised(const Surface& surface, const Image& like) {
   return {std::move(volume)};
 }
 
+Image fractions_of(const Surface& surface, const Image& like) {
+  Volume volume(like.volume.geometry(), VoxelType::Float32);
+  std::ranges::copy(inside_fractions(*surface.mesh, volume.geometry()), volume.voxels<float>().begin());
+  return {std::move(volume)};
+}
+
 py::tuple tessellated(const Surface& surface) {
   std::shared_ptr<const TriangleMesh> triangles;
   {
@@ -141,6 +147,10 @@ void bind_mesh(py::module_& module) {
            "centres of the F cells; triangles: (3 V, 3) int32, counter-clockwise seen from outside.")
       .def("rasterise", &rasterised, py::arg("like"), py::call_guard<WithoutGil>(),
            "Returns a mask (uint8) on the grid of a volume: 1 if the centre of the voxel lies inside the mesh, else 0.")
+      .def("fractions", &fractions_of, py::arg("like"), py::call_guard<WithoutGil>(),
+           "Returns the fraction (float32, 0..1) of each voxel inside the mesh, on the grid of a volume: "
+           "partial-volume\n"
+           "labels.")
       .def_property_readonly("volume_mm3", measures(&SurfaceMeasures::volume_mm3), "Enclosed volume.")
       .def_property_readonly("area_mm2", measures(&SurfaceMeasures::area_mm2), "Area of the surface.")
       .def_property_readonly("mean_edge_mm", measures(&SurfaceMeasures::mean_edge_mm), "Mean length of the edges.")

@@ -140,11 +140,12 @@ Advance run_for(SessionOwner& owner, double seconds) {
   return with_warnings(owner.run_for(seconds));
 }
 
-Image labels_of(SessionOwner& owner) {
-  return {owner.use([](const Session& session) {
+Image labels_of(SessionOwner& owner, const std::optional<Image>& like) {
+  return {owner.use([&](const Session& session) {
     if (session.volume().empty())
       throw Error("labels", "the scene has no volume, so the grid of the labels is unknown", "use Mesh.rasterise()");
-    return make_label_map(session.scene(), session.volume().geometry()).labels;
+    const VolumeGeometry& grid = session.volume().geometry();
+    return make_label_map(session.scene(), like ? like->volume.geometry() : grid, grid).labels;
   })};
 }
 
@@ -277,9 +278,10 @@ void bind_running(SessionClass& session) {
 
 void bind_results(SessionClass& session) {
   session
-      .def("labels", &labels_of,
-           "Returns the label map of the meshes on the grid of the volume (uint8, or uint16 for labels above 255).\n"
-           "Raises Error if there is no volume.")
+      .def("labels", &labels_of, py::arg("like") = py::none(),
+           "Returns the label map of the meshes on the grid of the volume, or of the volume `like` (uint8, or uint16 "
+           "for\n"
+           "labels above 255). Raises Error if the scene has no volume.")
       .def("save_scene", &save_scene, py::arg("path"),
            "Writes the scene (.json) with its meshes and undo history, to continue it here or in the window.")
       .def("save_labels", &save_label_file, py::arg("path"),

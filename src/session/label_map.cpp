@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -13,22 +14,18 @@ namespace simplexseg {
 
 namespace {
 
-/// Encoded value (FieldBox in src/forces/step_view.h) of the cell that contains the centre of a voxel, in the field of
-/// a mesh without its paint. It increases with the foreground probability; 0 outside the field's box; none without a
-/// field.
-std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const VolumeGeometry& geometry) {
+/// Encoded value (FieldBox in src/forces/step_view.h) of the cell that contains a place, in the field of a mesh without
+/// its paint. It increases with the foreground probability; 0 outside the field's box; none without a field. `place`:
+/// index in the grid of the volume.
+std::optional<float> field_at(const MeshItem& item, const Eigen::Vector3d& place) {
   if (!item.has_field()) return std::nullopt;
   const MeshField& field = item.field->solved ? *item.field->solved : *item.field;
-  std::size_t offset = 0, remaining = voxel, plane = static_cast<std::size_t>(geometry.size[0]) * geometry.size[1];
-  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(geometry.size[0]), plane};
-  for (int a = 2; a >= 0; --a) {
-    const auto index = static_cast<double>(remaining / stride[a]);
-    const int at = static_cast<int>((index + 0.5) / field.cell[a]) - field.box.first[a];
-    remaining %= stride[a];
-    if (at < 0 || at >= field.box.size[a]) return 0.0f;
-    offset = offset * field.box.size[a] + at;
+  std::array<int, 3> at;
+  for (int a = 0; a < 3; ++a) {
+    at[a] = static_cast<int>(std::floor((place[a] + 0.5) / field.cell[a])) - field.box.first[a];
+    if (at[a] < 0 || at[a] >= field.box.size[a]) return 0.0f;
   }
-  return field.values[offset];
+  return field.values[field.box.offset(at[0], at[1], at[2])];
 }
 
 /// Voxels that paint puts into an object belong to it, whatever the surfaces and fields of others contain; the last
@@ -71,6 +68,10 @@ void require_label_numbers(const Scene& scene) {
 }
 
 LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
+  return make_label_map(scene, geometry, geometry);
+}
+
+LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry, const VolumeGeometry& volume) {
   require_label_numbers(scene);
   int largest = 1;
   for (const MeshItem& item : scene.meshes) largest = std::max(largest, item.label);
@@ -78,6 +79,12 @@ LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
   const auto paint = [&]<class T>(std::type_identity<T>) {
     const std::span<T> voxels = map.labels.voxels<T>();
     std::vector<const MeshItem*> owner(voxels.size());
+    const Eigen::Affine3d in_volume = volume.index_from_world() * geometry.world_from_index();
+    const auto place_of = [&](std::size_t v) -> Eigen::Vector3d {
+      const auto ni = static_cast<std::size_t>(geometry.size[0]), nj = static_cast<std::size_t>(geometry.size[1]);
+      return in_volume * Eigen::Vector3d(static_cast<double>(v % ni), static_cast<double>(v / ni % nj),
+                                         static_cast<double>(v / ni / nj));
+    };
     for (const MeshItem& item : scene.meshes) {
       if (item.mesh.positions.empty()) continue;
       const Mask mask = object_mask(item.mesh, paint_of(scene, item.id), geometry);
@@ -85,7 +92,8 @@ LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
         if (!mask.voxels[v]) continue;
         map.shared_voxels += owner[v] != nullptr;
         if (owner[v]) {
-          const std::optional<float> own = field_at(item, v, geometry), before = field_at(*owner[v], v, geometry);
+          const Eigen::Vector3d place = place_of(v);
+          const std::optional<float> own = field_at(item, place), before = field_at(*owner[v], place);
           if (!own || !before || *own <= *before) continue;
         }
         owner[v] = &item, voxels[v] = static_cast<T>(item.label);

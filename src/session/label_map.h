@@ -20,5 +20,7 @@ void require_label_numbers(const Scene& scene);
 /// Rasterises every mesh, with its paint, with its label onto the grid. Throws Error for a label outside 1 to 65535 or
 /// an invalid geometry.
 LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry);
+/// Label volume on a grid other than that of the volume, whose grid is `volume`.
+LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry, const VolumeGeometry& volume);
 
 }  // namespace simplexseg

@@ -140,6 +140,17 @@ Mask object_mask(const SimplexMesh& mesh, const std::vector<PaintStroke>& paint,
   return mask;
 }
 
+std::vector<float> object_fractions(const SimplexMesh& mesh, const std::vector<PaintStroke>& paint,
+                                    const VolumeGeometry& grid) {
+  std::vector<float> fractions = inside_fractions(mesh, grid);
+  const VoxelBox all{{0, 0, 0}, grid.size};
+  for (const PaintStroke& stroke : paint)
+    voxels_of(stroke, grid).for_each([&](int i, int j, int k, bool inside) {
+      fractions[all.offset(i, j, k)] = inside ? 1.0f : 0.0f;
+    });
+  return fractions;
+}
+
 std::shared_ptr<const MeshField> painted_field(std::shared_ptr<const MeshField> solved, std::vector<PaintStroke> paint,
                                                const VolumeGeometry& volume) {
   if (paint.empty() || solved->values.empty()) return solved;

@@ -19,6 +19,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Sum of the voxels of a volume times the volume of a voxel, mm3.
+double content_mm3(const Volume& volume) {
+  double sum = 0;
+  visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    for (const T value : volume.voxels<T>()) sum += static_cast<double>(value);
+  });
+  return sum * volume.geometry().spacing_mm.prod();
+}
+
 class Run : public Cli {
  protected:
   void SetUp() override {
@@ -354,6 +363,27 @@ TEST_F(Run, ASavedSceneContinuesIdentically) {
   reopened->advance_steps(45);
   EXPECT_EQ(reopened->scene().meshes[0].mesh.positions, live->scene().meshes[0].mesh.positions);
   EXPECT_EQ(reopened->scene().meshes[0].previous, live->scene().meshes[0].previous);
+}
+
+TEST_F(Run, FractionsAndLabelsGetTheGridOfAnotherVolume) {
+  const VolumeGeometry fine = read_volume(path("image.nii.gz")).geometry();
+  VolumeGeometry coarse = fine;
+  coarse.spacing_mm *= 1.7;
+  for (int& size : coarse.size) size = size * 2 / 3;
+  write_volume(path("coarse.nii"), Volume(coarse, VoxelType::UInt8));
+  succeed(run({"--labels", path("fine.nii"), "--fractions", path("fine")}));
+  succeed(run({"--labels", path("on_coarse.nii"), "--fractions", path("on_coarse"), "--grid", path("coarse.nii")}));
+  const Volume fractions = read_volume(path("on_coarse/ball.nii.gz")), labels = read_volume(path("on_coarse.nii"));
+  EXPECT_TRUE(fractions.geometry().same_grid(coarse));
+  EXPECT_TRUE(labels.geometry().same_grid(coarse));
+  const double volume = content_mm3(read_volume(path("fine/ball.nii.gz")));
+  const int label = load_scene(path("scene.json")).scene.meshes.at(0).label;
+  EXPECT_NEAR(content_mm3(read_volume(path("fine.nii"))) / label, volume, 0.01 * volume);
+  EXPECT_NEAR(content_mm3(fractions), volume, 0.01 * volume);
+  EXPECT_NEAR(content_mm3(labels) / label, volume, 0.15 * volume);
+  EXPECT_EQ(call({"run", path("scene.json"), "--grid", path("coarse.nii")}).status, 2) << "nothing to write";
+  EXPECT_EQ(call({"run", path("scene.json"), "--labels", path("x.dcm"), "--grid", path("coarse.nii")}).status, 2);
+  EXPECT_EQ(call({"run", path("scene.json"), "--labels", path("x.nii"), "--grid", path("missing.nii")}).status, 2);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ class WindowTest : public ::testing::Test {
   /// Sends a press, some moves and a release.
   static void drag(QWidget& widget, const QPointF& from, const QPointF& to, Qt::MouseButton button = Qt::LeftButton,
                    Qt::KeyboardModifiers modifiers = {});
-  /// The same along a path of at least two places.
+  /// Sends a press, moves along a path of at least two places, and a release.
   static void drag(QWidget& widget, const std::vector<QPointF>& path, Qt::MouseButton button = Qt::LeftButton,
                    Qt::KeyboardModifiers modifiers = {});
   static bool share_contexts(const View& a, const View& b);

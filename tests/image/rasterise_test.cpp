@@ -216,6 +216,40 @@ TEST(Rasterise, ASingleSliceIsEnough) {
   EXPECT_NEAR(double(count(mask)), std::numbers::pi * 100, 6);
 }
 
+TEST(Fractions, OfABoxAreThoseOfItsFaces) {
+  VolumeGeometry g = cubic_grid(12);
+  g.spacing_mm = {0.7, 1.3, 2};
+  g.origin_mm = {-20, 5, 3};
+  g.direction = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, -2, 1).normalized()).toRotationMatrix();
+  // Faces at any place along i, and at quarters of voxels along j and k, which the lines separate.
+  const Eigen::Vector3d low(2.1, 3.25, 4), high(6.83, 8.5, 9.75);
+  const std::vector<float> fractions = inside_fractions(box_mesh(low, high, g), g);
+  const auto overlap = [&](int axis, int at) {
+    return std::clamp(std::min(high[axis], at + 0.5) - std::max(low[axis], at - 0.5), 0.0, 1.0);
+  };
+  std::size_t v = 0;
+  for (int k = 0; k < 12; ++k)
+    for (int j = 0; j < 12; ++j)
+      for (int i = 0; i < 12; ++i, ++v)
+        ASSERT_NEAR(fractions[v], overlap(0, i) * overlap(1, j) * overlap(2, k), 1e-4) << i << " " << j << " " << k;
+}
+
+TEST(Fractions, AddUpToTheVolumeOfTheMeshOnAnyGrid) {
+  const SimplexMesh sphere = make_sphere({15.3, 14.8, 15.1}, 10, 4);
+  const double volume = measure(sphere).volume_mm3;
+  for (const double spacing : {0.8, 2.0, 5.0, 15.0}) {
+    VolumeGeometry g = cubic_grid(static_cast<int>(std::ceil(32 / spacing)));
+    g.spacing_mm.setConstant(spacing);
+    const std::vector<float> fractions = inside_fractions(sphere, g);
+    double sum = 0;
+    for (const float f : fractions) sum += f;
+    const double centres = volume_mm3(rasterise(sphere, g));
+    EXPECT_NEAR(sum * std::pow(spacing, 3) / volume, 1, spacing > 10 ? 0.02 : 0.005) << spacing;
+    EXPECT_LE(std::abs(sum * std::pow(spacing, 3) - volume), std::abs(centres - volume) + 1e-3 * volume) << spacing;
+  }
+  EXPECT_EQ(inside_fractions(make_sphere({4, 4, 4}, 500, 3), cubic_grid(5)), std::vector<float>(125, 1.0f));
+}
+
 TEST(Rasterise, PositionsThatAreNotFiniteAreRefused) {
   SimplexMesh mesh = make_sphere({5, 5, 5}, 3, 0);
   mesh.positions[7][1] = std::numeric_limits<float>::quiet_NaN();

@@ -20,6 +20,13 @@ def test_measures_of_a_sphere(sphere):
     assert sphere.mean_edge_mm > 0
 
 
+def test_fractions_add_up_to_the_volume(sphere):
+    like = simplexseg.Volume(np.zeros((9, 9, 9), np.uint8), spacing=(3, 3, 3), origin=(-2, -32, 18))
+    fractions = sphere.fractions(like)
+    assert fractions.array.dtype == np.float32 and fractions.array.min() == 0 and fractions.array.max() == 1
+    assert 27 * fractions.array.sum() == pytest.approx(sphere.volume_mm3, rel=0.003)
+
+
 def test_neighbours_are_mutual(sphere):
     for vertex in range(0, len(sphere), 97):
         for other in sphere.neighbours[vertex]:

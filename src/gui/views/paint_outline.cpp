@@ -21,7 +21,7 @@ VolumeGeometry grid_of(const SliceGrid& slice, double spacing_mm) {
   return grid;
 }
 
-/// What strokes set in each texel of a slice; empty if they set nothing.
+/// Effect of strokes on each texel of a slice; empty if they set nothing.
 std::vector<VoxelPaint> texels_of(std::span<const PaintStroke> strokes, const SliceGrid& slice, double spacing_mm) {
   const VolumeGeometry grid = grid_of(slice, spacing_mm);
   std::vector<VoxelPaint> texels;

@@ -111,9 +111,9 @@ class HistoryReader {
     for (std::size_t k = 0; k < scene.points.size(); ++k)
       scene.points[k].mesh = ids.at(scene.points[k].mesh), scene.points[k].id = id_of(points[k]);
     if (saved.contains("voxels"))
-      for (const auto& [point, block] : saved.at("voxels").items()) {
-        UserPoint& paint = scene.points.at(std::stoul(point));
-        paint.voxels = painted_voxels(block), paint.brush = {PaintBrush::Shape::Voxels};
+      for (const json& pair : saved.at("voxels")) {
+        UserPoint& paint = scene.points.at(pair.at(0).get<std::size_t>());
+        paint.voxels = painted_voxels(pair.at(1)), paint.brush = {PaintBrush::Shape::Voxels};
       }
     check_scene(scene, volume_);
     std::set<std::size_t> used;

@@ -157,11 +157,11 @@ json entry_json(const UndoHistory::Entry& entry, const fs::path& scene_file, IdM
   Scene scene = entry.scene.without_arrays();
   // All scenes of a history have the same volume, which is not stored.
   scene.volume_path.clear(), scene.volume_checksum.clear(), scene.volume_series.clear(), scene.volume_number = 1;
-  json voxels = json::object();  // of sets of voxels, stored once for all scenes: number of the block by point
+  json voxels = json::array();  // sets of voxels, stored once for all scenes: index of the point, number of the block
   for (std::size_t p = 0; p < scene.points.size(); ++p) {
     UserPoint& point = scene.points[p];
     if (!point.voxels) continue;
-    voxels[std::to_string(p)] = blocks.number_of(point.voxels);
+    voxels.push_back({p, blocks.number_of(point.voxels)});
     point.voxels = nullptr, point.brush = PaintBrush::ball();
   }
   json saved = {{"name", entry.name},

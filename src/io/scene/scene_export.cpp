@@ -15,6 +15,7 @@
 #include "io/scene/scene_text.h"
 #include "io/volume/volume_io.h"
 #include "session/label_map.h"
+#include "session/paint.h"
 
 namespace simplexseg {
 
@@ -60,11 +61,19 @@ void require_labels_name(const fs::path& path, const Scene& scene) {
 }
 
 std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry) {
+  return save_labels(path, scene, geometry, geometry);
+}
+
+std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry,
+                        const VolumeGeometry& volume) {
+  if (is_dicom_name(path) && !geometry.same_grid(volume))
+    throw Error("cannot write " + quoted(path), "DICOM labels need the grid of their image",
+                "write another format, or omit the other grid");
   if (is_structure_name(path)) {
     write_rtstruct(path, scene, source_of(scene, path));
     return "";
   }
-  const LabelMap map = make_label_map(scene, geometry);
+  const LabelMap map = make_label_map(scene, geometry, volume);
   std::string note;
   if (is_dicom_name(path))
     note = write_dicom_segmentation(path, map.labels, names_of(scene), source_of(scene, path));
@@ -118,6 +127,16 @@ std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene, co
     write_mesh(files.back(), scene.meshes[files.size() - 1].mesh);
   }
   return files;
+}
+
+void save_fractions(const fs::path& folder, const Scene& scene, const VolumeGeometry& grid) {
+  const std::vector<std::string> names = mesh_file_names(scene, kFractionsExtension);
+  for (std::size_t m = 0; m < names.size(); ++m) {
+    const MeshItem& item = scene.meshes[m];
+    Volume volume(grid, VoxelType::Float32);
+    std::ranges::copy(object_fractions(item.mesh, paint_of(scene, item.id), grid), volume.voxels<float>().begin());
+    write_volume(folder / names[m], volume);
+  }
 }
 
 }  // namespace simplexseg

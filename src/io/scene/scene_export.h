@@ -23,6 +23,10 @@ void require_labels_name(const std::filesystem::path& path, const Scene& scene);
 /// voxels, labels are renumbered or the grid is sheared, else "". Throws the errors of make_label_map()
 /// and of these writers.
 std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry);
+/// Label volume on a grid other than that of the volume, whose grid is `volume`. Throws Error for a .dcm file, which
+/// needs the grid of its image.
+std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry,
+                        const VolumeGeometry& volume);
 
 /// Throws Error if save_view() does not support the file name.
 void require_view_name(const std::filesystem::path& path);
@@ -48,5 +52,11 @@ std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& 
 /// write_mesh() supports. Returns the paths. Throws the errors of write_mesh().
 std::vector<std::filesystem::path> save_meshes(const std::filesystem::path& folder, const Scene& scene,
                                                const std::string& extension = ".ply");
+
+/// Extension of the files of save_fractions().
+inline constexpr const char* kFractionsExtension = ".nii.gz";
+/// Writes partial-volume labels: for each mesh of a scene the fraction of each voxel of a grid inside it
+/// (object_fractions(), float32, 0..1), to NAME.nii.gz in an existing folder. Throws the errors of write_volume().
+void save_fractions(const std::filesystem::path& folder, const Scene& scene, const VolumeGeometry& grid);
 
 }  // namespace simplexseg
