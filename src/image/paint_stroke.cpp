@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "core/expect.h"
 
@@ -206,6 +208,31 @@ StrokeVoxels voxels_of_set(const PaintVoxels& set, const VolumeGeometry& grid, c
   return found;
 }
 
+/// For each axis of a set of voxels and each of its indices, the voxels of a grid whose centres it contains: begin,
+/// end.
+using AxisRanges = std::array<std::vector<std::pair<int, int>>, 3>;
+
+/// None if the axes are not parallel in the same order and direction.
+std::optional<AxisRanges> ranges_of(const VolumeGeometry& set, const VolumeGeometry& grid) {
+  const Eigen::Affine3d from_grid = set.index_from_world() * grid.world_from_index();
+  const Eigen::Matrix3d off_axis = from_grid.linear() - Eigen::Matrix3d(from_grid.linear().diagonal().asDiagonal());
+  const double extent = *std::ranges::max_element(grid.size);
+  if (off_axis.cwiseAbs().maxCoeff() * extent > 1e-3 || from_grid.linear().diagonal().minCoeff() <= 0)
+    return std::nullopt;
+  AxisRanges ranges;
+  for (int a = 0; a < 3; ++a) {
+    ranges[a].resize(static_cast<std::size_t>(set.size[a]));
+    for (int at = 0; at < grid.size[a]; ++at) {
+      const double index = std::floor(from_grid.linear()(a, a) * at + from_grid.translation()[a] + 0.5);
+      if (!(index >= 0 && index < set.size[a])) continue;
+      auto& [begin, end] = ranges[a][static_cast<std::size_t>(index)];
+      if (begin == end) begin = at;
+      end = at + 1;
+    }
+  }
+  return ranges;
+}
+
 }  // namespace
 
 StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
@@ -222,11 +249,30 @@ StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid) {
   return voxels_of(stroke, grid, VoxelBox{{0, 0, 0}, grid.size});
 }
 
+void for_each_voxel(const PaintStroke& stroke, const VolumeGeometry& grid,
+                    const std::function<void(int, int, int, bool)>& use) {
+  if (stroke.brush.shape != PaintBrush::Shape::Voxels) return voxels_of(stroke, grid).for_each(use);
+  SIMPLEXSEG_EXPECT(stroke.voxels);
+  const PaintVoxels& set = *stroke.voxels;
+  const std::optional<AxisRanges> ranges = ranges_of(set.box, grid);
+  if (!ranges) return voxels_of(stroke, grid).for_each(use);
+  const auto& [along_i, along_j, along_k] = *ranges;
+  std::size_t v = 0;
+  for (const auto& [k_begin, k_end] : along_k)
+    for (const auto& [j_begin, j_end] : along_j)
+      for (const auto& [i_begin, i_end] : along_i) {
+        const VoxelPaint paint = set.voxels[v++];
+        if (paint == VoxelPaint::None) continue;
+        for (int k = k_begin; k < k_end; ++k)
+          for (int j = j_begin; j < j_end; ++j)
+            for (int i = i_begin; i < i_end; ++i) use(i, j, k, paint == VoxelPaint::Inside);
+      }
+}
+
 void apply(const PaintStroke& stroke, Mask& mask) {
   const VoxelBox all{{0, 0, 0}, mask.geometry.size};
-  voxels_of(stroke, mask.geometry).for_each([&](int i, int j, int k, bool inside) {
-    mask.voxels[all.offset(i, j, k)] = inside;
-  });
+  for_each_voxel(stroke, mask.geometry,
+                 [&](int i, int j, int k, bool inside) { mask.voxels[all.offset(i, j, k)] = inside; });
 }
 
 }  // namespace simplexseg

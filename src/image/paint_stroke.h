@@ -3,6 +3,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -70,6 +71,11 @@ struct StrokeVoxels {
 /// `within`: only voxels of this box.
 StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within);
 StrokeVoxels voxels_of(const PaintStroke& stroke, const VolumeGeometry& grid);
+
+/// Calls use(i, j, k, inside) with the index of each voxel of a grid that a stroke sets, in unspecified order. Takes
+/// less time and memory than voxels_of() for a set with few voxels in a large box.
+void for_each_voxel(const PaintStroke& stroke, const VolumeGeometry& grid,
+                    const std::function<void(int, int, int, bool)>& use);
 
 /// Sets the voxels of a stroke in a mask to its value.
 void apply(const PaintStroke& stroke, Mask& mask);

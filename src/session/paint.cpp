@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <map>
 #include <span>
-#include <unordered_map>
 #include <utility>
 
 #include "field/field_value.h"
@@ -22,11 +22,14 @@ constexpr int kMargin = 3;                    // cells of the box around paint
 constexpr std::size_t kMaxCells = 8'000'000;  // of a box that is enlarged for paint
 constexpr int kSamples = 3;                   // samples of a cell larger than a voxel, along each axis
 
-/// Paint on the cells of a grid, at kSamples^3 samples of each, or one for cells of a voxel.
+/// Paint on the cells of a grid, at kSamples^3 samples of each, or one for cells of a voxel; stored in blocks of cells.
 class PaintedCells {
  public:
   PaintedCells(const VolumeGeometry& cells, bool are_voxels)
-      : all_{{0, 0, 0}, cells.size}, per_axis_(are_voxels ? 1 : kSamples), samples_(cells) {
+      : size_(cells.size),
+        per_axis_(are_voxels ? 1 : kSamples),
+        per_cell_(static_cast<std::size_t>(per_axis_ * per_axis_ * per_axis_)),
+        samples_(cells) {
     const Eigen::Affine3d world = cells.world_from_index();
     samples_.origin_mm = world * Eigen::Vector3d::Constant(0.5 / per_axis_ - 0.5);
     samples_.spacing_mm = cells.spacing_mm / per_axis_;
@@ -34,25 +37,33 @@ class PaintedCells {
   }
 
   void add(const PaintStroke& stroke) {
-    voxels_of(stroke, samples_).for_each([&](int i, int j, int k, bool inside) {
-      const int n = per_axis_, sample = (k % n * n + j % n) * n + i % n;
-      samples_of_[all_.offset(i / n, j / n, k / n)][sample] = inside ? VoxelPaint::Inside : VoxelPaint::Outside;
+    std::array<int, 3> last{-1, -1, -1};
+    Block* block = nullptr;
+    for_each_voxel(stroke, samples_, [&](int i, int j, int k, bool inside) {
+      const int n = per_axis_, a = i / n, b = j / n, c = k / n;
+      if (const std::array<int, 3> here{a / kSide, b / kSide, c / kSide}; !block || here != last) {
+        last = here, block = &blocks_[here];
+        if (block->empty()) block->assign(kSide * kSide * kSide * per_cell_, VoxelPaint::None);
+      }
+      const int cell = (c % kSide * kSide + b % kSide) * kSide + a % kSide;
+      const int sample = (k % n * n + j % n) * n + i % n;
+      (*block)[static_cast<std::size_t>(cell) * per_cell_ + static_cast<std::size_t>(sample)] =
+          inside ? VoxelPaint::Inside : VoxelPaint::Outside;
     });
   }
 
-  bool empty() const { return samples_of_.empty(); }
+  bool empty() const { return blocks_.empty(); }
 
   /// Bounding box of the cells with paint, with a margin.
   VoxelBox box() const {
-    std::array<int, 3> low = all_.size, high{-1, -1, -1};
-    for (const auto& [cell, samples] : samples_of_) {
-      const std::array<int, 3> at = index_of(cell);
+    std::array<int, 3> low = size_, high{-1, -1, -1};
+    for_each([&](const std::array<int, 3>& at, float, float) {
       for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], at[a]), high[a] = std::max(high[a], at[a]);
-    }
+    });
     VoxelBox box{};
     for (int a = 0; a < 3; ++a) {
       box.first[a] = std::max(low[a] - kMargin, 0);
-      box.size[a] = std::max(std::min(high[a] + kMargin + 1, all_.size[a]) - box.first[a], 0);
+      box.size[a] = std::max(std::min(high[a] + kMargin + 1, size_[a]) - box.first[a], 0);
     }
     return box;
   }
@@ -60,36 +71,50 @@ class PaintedCells {
   /// Calls use(cell, share inside, share outside) for each cell with paint.
   template <class Use>
   void for_each(Use&& use) const {
-    const float part = 1.0f / static_cast<float>(per_axis_ * per_axis_ * per_axis_);
-    for (const auto& [cell, samples] : samples_of_)
-      use(index_of(cell), part * static_cast<float>(std::ranges::count(samples, VoxelPaint::Inside)),
-          part * static_cast<float>(std::ranges::count(samples, VoxelPaint::Outside)));
+    const float part = 1.0f / static_cast<float>(per_cell_);
+    for (const auto& [place, block] : blocks_)
+      for (int cell = 0; cell < kSide * kSide * kSide; ++cell) {
+        const auto samples = std::span(block).subspan(static_cast<std::size_t>(cell) * per_cell_, per_cell_);
+        const auto inside = std::ranges::count(samples, VoxelPaint::Inside);
+        const auto outside = std::ranges::count(samples, VoxelPaint::Outside);
+        if (inside + outside == 0) continue;
+        const std::array<int, 3> at{place[0] * kSide + cell % kSide, place[1] * kSide + cell / kSide % kSide,
+                                    place[2] * kSide + cell / kSide / kSide};
+        use(at, part * static_cast<float>(inside), part * static_cast<float>(outside));
+      }
   }
 
  private:
-  std::array<int, 3> index_of(std::size_t cell) const {
-    const auto row = static_cast<std::size_t>(all_.size[0]), plane = row * static_cast<std::size_t>(all_.size[1]);
-    return {static_cast<int>(cell % row), static_cast<int>(cell % plane / row), static_cast<int>(cell / plane)};
-  }
+  using Block = std::vector<VoxelPaint>;
+  static constexpr int kSide = 8;  // side of a block, cells
 
-  VoxelBox all_;
+  std::array<int, 3> size_;
   int per_axis_;
+  std::size_t per_cell_;
   VolumeGeometry samples_;
-  std::unordered_map<std::size_t, std::array<VoxelPaint, kSamples * kSamples * kSamples>> samples_of_;
+  std::map<std::array<int, 3>, Block> blocks_;
 };
 
-/// Sets the probabilities of the cells whose 26 neighbours are painted like themselves to their smoothed object mask:
-/// inside a frozen part, the surface then has no steps. `painted`: box of the paint with a margin.
+/// Common part of two boxes; size 0 if there is none.
+VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
+  VoxelBox box{};
+  for (int axis = 0; axis < 3; ++axis) {
+    box.first[axis] = std::max(a.first[axis], b.first[axis]);
+    const int end = std::min(a.first[axis] + a.size[axis], b.first[axis] + b.size[axis]);
+    if (end <= box.first[axis]) return {};
+    box.size[axis] = end - box.first[axis];
+  }
+  return box;
+}
+
+/// Sets the probabilities of cells at the surface whose 26 neighbours are painted like themselves to their smoothed
+/// object mask: inside a frozen part, the surface then has no steps. `painted`: box of the paint with a margin.
 void smooth_painted_cells(std::span<const std::uint32_t> cells, const std::vector<std::uint8_t>& object,
                           std::vector<float>& probability, const VoxelBox& box, const VoxelBox& painted) {
-  VoxelBox part = painted;
-  for (int a = 0; a < 3; ++a) {
-    part.first[a] = std::max(painted.first[a], box.first[a]);
-    part.size[a] = std::min(painted.first[a] + painted.size[a], box.first[a] + box.size[a]) - part.first[a];
-    if (part.size[a] <= 0) return;
-  }
-  std::vector<std::uint8_t> near(part.voxel_count()), is_painted(near.size());
-  copy_from_outer(object.data(), box, near.data(), part);
+  const VoxelBox part = common(painted, box);
+  if (part.voxel_count() == 0) return;
+  enum : std::uint8_t { kFree, kPainted, kInObject };
+  std::vector<std::uint8_t> state(part.voxel_count(), kFree);
   const auto in_part = [&](std::size_t v) {
     const auto [row, i] = std::lldiv(static_cast<long long>(v), box.size[0]);
     const auto [k, j] = std::lldiv(row, box.size[1]);
@@ -99,16 +124,47 @@ void smooth_painted_cells(std::span<const std::uint32_t> cells, const std::vecto
   };
   for (const std::size_t v : cells) {
     const auto [i, j, k] = in_part(v);
-    is_painted[part.offset(i, j, k)] = 1;
+    state[part.offset(i, j, k)] = object[v] ? kInObject : kPainted;
   }
-  const std::vector<float> share = smoothed_voxels(near, part);
-  for (const std::size_t v : cells) {
+  // Whether all neighbours are painted, some of them inside and some outside.
+  const auto is_at_surface = [&](int i, int j, int k) {
+    if (i < 1 || j < 1 || k < 1 || i + 1 >= part.size[0] || j + 1 >= part.size[1] || k + 1 >= part.size[2])
+      return false;
+    bool inside = false, outside = false;
+    for (int c = k - 1; c <= k + 1; ++c)
+      for (int b = j - 1; b <= j + 1; ++b)
+        for (int a = i - 1; a <= i + 1; ++a) {
+          const std::uint8_t here = state[part.offset(a, b, c)];
+          if (here == kFree) return false;
+          (here == kInObject ? inside : outside) = true;
+        }
+    return inside && outside;
+  };
+  std::vector<std::uint32_t> at_surface;
+  constexpr int kReach = 6;  // of smoothed_voxels(), cells
+  std::array<int, 3> low = part.size, high{-1, -1, -1};
+  for (const std::uint32_t v : cells) {
+    const std::array<int, 3> at = in_part(v);
+    if (!is_at_surface(at[0], at[1], at[2])) continue;
+    at_surface.push_back(v);
+    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], at[a]), high[a] = std::max(high[a], at[a]);
+  }
+  if (at_surface.empty()) return;
+  VoxelBox around{};
+  for (int a = 0; a < 3; ++a) {
+    around.first[a] = part.first[a] + low[a] - kReach;
+    around.size[a] = high[a] - low[a] + 1 + 2 * kReach;
+  }
+  around = common(around, box);
+  std::vector<std::uint8_t> near(around.voxel_count());
+  copy_from_outer(object.data(), box, near.data(), around);
+  const std::vector<float> share = smoothed_voxels(near, around);
+  for (const std::size_t v : at_surface) {
     const auto [i, j, k] = in_part(v);
-    bool enclosed = i > 0 && j > 0 && k > 0 && i + 1 < part.size[0] && j + 1 < part.size[1] && k + 1 < part.size[2];
-    for (int c = k - 1; enclosed && c <= k + 1; ++c)
-      for (int b = j - 1; enclosed && b <= j + 1; ++b)
-        for (int a = i - 1; enclosed && a <= i + 1; ++a) enclosed = is_painted[part.offset(a, b, c)] != 0;
-    if (enclosed) probability[v] = std::clamp(share[part.offset(i, j, k)], 0.0f, 1.0f);
+    probability[v] =
+        std::clamp(share[around.offset(i + part.first[0] - around.first[0], j + part.first[1] - around.first[1],
+                                       k + part.first[2] - around.first[2])],
+                   0.0f, 1.0f);
   }
 }
 
@@ -145,9 +201,8 @@ std::vector<float> object_fractions(const SimplexMesh& mesh, const std::vector<P
   std::vector<float> fractions = inside_fractions(mesh, grid);
   const VoxelBox all{{0, 0, 0}, grid.size};
   for (const PaintStroke& stroke : paint)
-    voxels_of(stroke, grid).for_each([&](int i, int j, int k, bool inside) {
-      fractions[all.offset(i, j, k)] = inside ? 1.0f : 0.0f;
-    });
+    for_each_voxel(stroke, grid,
+                   [&](int i, int j, int k, bool inside) { fractions[all.offset(i, j, k)] = inside ? 1.0f : 0.0f; });
   return fractions;
 }
 
@@ -162,7 +217,8 @@ std::shared_ptr<const MeshField> painted_field(std::shared_ptr<const MeshField> 
     field->paint = std::move(paint), field->solved = std::move(solved);
     return field;
   }
-  if (const VoxelBox box = united(solved->box, painted.box()); box.voxel_count() <= kMaxCells) field->box = box;
+  const VoxelBox painted_box = painted.box();
+  if (const VoxelBox box = united(solved->box, painted_box); box.voxel_count() <= kMaxCells) field->box = box;
   const std::size_t count = field->box.voxel_count();
   // The half lets values that do not change be encoded to the same integers again.
   std::vector<std::uint16_t> values(count, 0);
@@ -186,7 +242,7 @@ std::shared_ptr<const MeshField> painted_field(std::shared_ptr<const MeshField> 
     if (inside + outside == 1) field->painted_cells.push_back(static_cast<std::uint32_t>(v));
   });
   std::ranges::sort(field->painted_cells);
-  smooth_painted_cells(field->painted_cells, object, probability, field->box, painted.box());
+  smooth_painted_cells(field->painted_cells, object, probability, field->box, painted_box);
   field->values = field_values(object, probability, field->box, cells, field_value_of(cells), run_serially());
   field->paint = std::move(paint);
   field->solved = std::move(solved);

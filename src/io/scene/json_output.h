@@ -52,11 +52,16 @@ Json voxels_json(const PaintVoxels& voxels) {
   const VolumeGeometry& box = voxels.box;
   Json direction = Json::array();
   for (int a = 0; a < 3; ++a) direction.push_back(vector_json<Json>(box.direction.col(a)));
+  std::string runs;  // as one text, which takes a line of the file instead of one for each run
+  for (const std::uint32_t run : runs_of(voxels.voxels)) {
+    if (!runs.empty()) runs += ' ';
+    runs += std::to_string(run);
+  }
   return {{"size", box.size},
           {"spacing_mm", vector_json<Json>(box.spacing_mm)},
           {"origin_mm", vector_json<Json>(box.origin_mm)},
           {"direction", direction},
-          {"runs", runs_of(voxels.voxels)}};
+          {"runs", runs}};
 }
 
 /// JSON object of paint: a UserPoint, or an AddPoint, which has no voxels.

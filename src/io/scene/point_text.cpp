@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/number_text.h"
 #include "io/scene/json_input.h"
 #include "io/scene/parameter_text.h"
 
@@ -63,11 +64,16 @@ std::shared_ptr<const PaintVoxels> read_voxels(const JsonInput& input) {
   if (input["direction"].size() != 3) input["direction"].fail("it has not three axes", "use the axes i, j, k");
   for (int a = 0; a < 3; ++a) voxels->box.direction.col(a) = input["direction"][a].vector3();
   voxels->box.validate(input.where());
-  const JsonInput runs = input["runs"];
+  const std::string text = input["runs"].text();
   std::vector<std::uint32_t> lengths;
-  lengths.reserve(static_cast<std::size_t>(runs.size()));
-  for (int r = 0; r < runs.size(); ++r)
-    lengths.push_back(static_cast<std::uint32_t>(runs[r].integer_between(0, static_cast<int>(kMostVoxels))));
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const std::optional<std::int64_t> length = parse_integer(std::string_view(text).substr(at, end - at));
+    if (!length || *length < 0 || *length > static_cast<std::int64_t>(kMostVoxels))
+      input["runs"].fail("it is not a list of lengths", "use whole numbers, separated by one blank");
+    lengths.push_back(static_cast<std::uint32_t>(*length));
+    at = end + 1;
+  }
   voxels->voxels = voxels_of_runs(lengths, voxels->box.voxel_count());
   return voxels;
 }
