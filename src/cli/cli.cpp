@@ -71,6 +71,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_compare(program, action);
   add_phantom(program, action);
   add_plan(program, action);
+  add_labels(program, action);
   add_parameters(program, action);
   add_study(program, action);
   add_clicks(program, action);

@@ -19,6 +19,7 @@ void add_mesh(const Subcommand& app, Action& action);
 void add_compare(const Subcommand& app, Action& action);
 void add_phantom(const Subcommand& app, Action& action);
 void add_plan(const Subcommand& app, Action& action);
+void add_labels(const Subcommand& app, Action& action);
 void add_parameters(const Subcommand& app, Action& action);
 void add_study(const Subcommand& app, Action& action);
 void add_clicks(const Subcommand& app, Action& action);

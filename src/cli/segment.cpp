@@ -73,6 +73,9 @@ void add_segment(const Subcommand& app, Action& action) {
          "Template scene: provides parameters, meshes, points and steps; its volume, poses and references are ignored")
       .not_empty();
   sub.add_option("--name", request.names, "Names of the meshes, one per mesh").one_value_each();
+  sub.add_option("--label-preset", request.label_preset,
+                 "Label preset (simplexseg-cli labels) or file of one: label, colour and DICOM codes by name")
+      .not_empty();
   for (const auto& [name, points, doc] :
        {std::tuple("--inside", &request.inside, "Point inside the object: X,Y,Z, or MESH=X,Y,Z with several meshes"),
         std::tuple("--outside", &request.outside, "Point outside the object"),

@@ -10,6 +10,7 @@
 #include "io/labels/label_file.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
+#include "io/scene/label_preset.h"
 #include "io/scene/mesh_start.h"
 #include "session/free_attributes.h"
 
@@ -42,7 +43,7 @@ Scene template_scene(const std::string& path) {
   scene.volume_checksum.clear(), scene.volume_series.clear(), scene.view.reset();
   for (MeshItem& item : scene.meshes) {
     MeshItem copy;
-    copy.id = item.id, copy.name = item.name, copy.label = item.label;
+    copy.id = item.id, copy.name = item.name, copy.label = item.label, copy.code = item.code;
     copy.colour = item.colour, copy.visible = item.visible, copy.locked = item.locked, copy.opacity = item.opacity;
     copy.seed = item.seed, copy.start = item.start;
     copy.parameters = item.parameters, copy.final_vertices = item.final_vertices;
@@ -100,7 +101,7 @@ void start_from_labels(const SegmentRequest& request, SceneFile& file) {
       const int number = label_number(label.value, request.start_labels);
       const std::string name = mesh_name(label, number, scene);
       MeshItem& item = add_mesh_item(scene);
-      item.label = number, item.name = name;
+      item.label = number, item.name = name, item.code = label.code;
       if (label.colour) item.colour = *label.colour;
     }
     if (scene.meshes.empty())
@@ -130,6 +131,25 @@ void rename_meshes(const std::vector<std::string>& names, Scene& scene) {
       throw Error("--name '" + one_line(names[m]) + "'", "two meshes would have this name", "choose different names");
     scene.meshes[m].name = names[m];
   }
+}
+
+/// Sets the preset of the scene. Meshes whose name has the words of a structure get its label, colour and codes.
+void set_label_preset(const std::string& name_or_path, Scene& scene) {
+  if (name_or_path.empty()) return;
+  const LabelPreset preset = find_label_preset(name_or_path);
+  LabelNumbers labels{preset.name, preset.by_name()};
+  for (MeshItem& item : scene.meshes) {
+    const PresetLabel* const label = find_label(preset.labels, item.name);
+    const auto has = [&](const MeshItem& other) { return &other != &item && other.label == label->label; };
+    if (!label) continue;
+    item.colour = label->colour, item.code = label->code;
+    // "kidney_left" gets the label of "Left kidney", unless another mesh is named so.
+    if (!scene.find_mesh(label->name) && std::none_of(scene.meshes.data(), &item, has)) {
+      item.label = label->label;
+      labels.by_name.erase(label->name), labels.by_name[item.name] = item.label;
+    }
+  }
+  set_labels(scene, std::move(labels));
 }
 
 void add_points(const char* option, const std::vector<std::string>& texts, MarkKind kind, Scene& scene) {
@@ -188,6 +208,7 @@ SceneFile segment_scene(const SegmentRequest& request) {
   ItemId id = 0;
   for (MeshItem& item : scene.meshes) item.id = ++id;  // does not change a template, whose ids are 1, 2, ... already
   rename_meshes(request.names, scene);
+  set_label_preset(request.label_preset, scene);
   add_points("--inside", request.inside, MarkKind::Inside, scene);
   add_points("--outside", request.outside, MarkKind::Outside, scene);
   add_points("--boundary", request.boundary, MarkKind::Boundary, scene);

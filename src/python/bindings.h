@@ -11,6 +11,7 @@ void bind_messages(py::module_& module);
 void bind_volume(py::module_& module);
 void bind_files(py::module_& module);
 void bind_mesh(py::module_& module);
+void bind_label_presets(py::module_& module);
 void bind_metrics(py::module_& module);
 void bind_parameters(py::module_& module);
 /// Binds the meshes and points of a session; call bind_mesh() and bind_volume() first.

@@ -7,9 +7,11 @@
 #include <optional>
 
 #include "forces/step_view.h"
+#include "io/scene/label_preset.h"
 #include "io/scene/point_text.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/codes.h"
 #include "python/mesh.h"
 #include "python/messages.h"
 #include "python/parameters.h"
@@ -144,6 +146,12 @@ void set_colour(const SceneMesh& mesh, const std::array<std::uint8_t, 3>& colour
   edit (&EditMesh::colour)(mesh, {colour[0], colour[1], colour[2]});
 }
 
+py::dict code_of_mesh(const SceneMesh& mesh) {
+  return code_dict(read_mesh_item(mesh, [](const MeshItem& item) { return code_of(item); }));
+}
+
+void set_code(const SceneMesh& mesh, const py::object& code) { edit (&EditMesh::code)(mesh, code_of_python(code)); }
+
 std::string described(const SceneMesh& mesh) {
   if (mesh.session->closed()) return "<simplexseg.SceneMesh of a closed session>";
   return read_mesh_item(mesh, [](const MeshItem& item) {
@@ -176,6 +184,11 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
       .def_property("opacity", member_of(&MeshItem::opacity), edit(&EditMesh::opacity),
                     "Opacity in 3D, above 0 and at most 1.")
       .def_property("colour", &colour_of, &set_colour, "Colour (red, green, blue), 0 to 255.")
+      .def_property(
+          "code", &code_of_mesh, &set_code,
+          "Codes in DICOM files: category, type and modifier, each (scheme, value, meaning). They follow from "
+          "the\n"
+          "name by the label presets until they are set; {}: they follow from the name again.")
       .def_property_readonly("mesh", &surface_of, "Copy of its current shape, a Mesh.")
       .def_property_readonly(
           "points", [](const SceneMesh& mesh) { return points_of(mesh.session, mesh.id); },

@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, module) {
   bind_volume(module);
   bind_files(module);
   bind_mesh(module);
+  bind_label_presets(module);
   bind_metrics(module);
   bind_parameters(module);
   bind_items(module);

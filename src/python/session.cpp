@@ -11,6 +11,7 @@
 #include "app/simulate.h"
 #include "io/mesh/mesh_io.h"
 #include "io/platform/files.h"
+#include "io/scene/label_preset.h"
 #include "io/scene/log_io.h"
 #include "io/scene/mesh_start.h"
 #include "io/scene/scene_export.h"
@@ -208,6 +209,16 @@ std::optional<Image> volume_of_session(const SessionOwner& owner) {
 }
 
 /// Returns a getter for a property of the session.
+void set_label_preset(SessionOwner& owner, const py::str& name_or_path) {
+  const std::string name = name_or_path.cast<std::string>();
+  ChooseLabelPreset command;
+  if (!name.empty()) {
+    const LabelPreset preset = find_label_preset(name);
+    command = {preset.name, preset.by_name()};
+  }
+  apply(owner, command);
+}
+
 template <class Read>
 auto reading(Read read) {
   return [read](SessionOwner& owner) { return owner.use([&](const Session& session) { return read(session); }); };
@@ -221,6 +232,15 @@ void bind_scene(SessionClass& session) {
           "meshes", [](const Owner& owner) { return meshes_of(owner); }, "Meshes, in the order of the scene.")
       .def_property_readonly(
           "points", [](const Owner& owner) { return points_of(owner); }, "Points of all meshes.")
+      .def_property(
+          "label_preset",
+          [](SessionOwner& owner) {
+            return python_text(owner.use([](const Session& s) { return s.scene_without_poses().labels.preset; }));
+          },
+          &set_label_preset,
+          "Label preset, a name of label_presets() or a file: a mesh with a name of the preset has the label of that "
+          "name.\n"
+          "\"\": none.")
       .def("mesh", &mesh_named, py::arg("name"), "Returns the mesh with this name. Raises Error if there is none.")
       .def("add_mesh", &add_sphere, py::arg("name") = "", py::kw_only(), py::arg("centre"), py::arg("radius"),
            py::arg("like") = py::none(),

@@ -36,6 +36,7 @@ const char* title(const CancelFieldUpdate&) { return "cancel field update"; }
 const char* title(const RequestFieldUpdate&) { return "request field update"; }
 const char* title(const StartFieldComparison&) { return "start field comparison"; }
 const char* title(const CommitFieldComparison&) { return "commit field comparison"; }
+const char* title(const ChooseLabelPreset&) { return "choose label preset"; }
 const char* title(const Undo&) { return "undo"; }
 const char* title(const Redo&) { return "redo"; }
 const char* title(const SetReference&) { return "set reference"; }
@@ -97,8 +98,12 @@ std::string description(const EditMesh& c, const Scene& scene) {
                      : c.label   ? "change label"
                      : c.locked  ? (*c.locked ? "lock segmentation" : "unlock segmentation")
                      : c.opacity ? "change opacity"
+                     : c.code    ? "change code"
                                  : title(c);
   return what + mesh_suffix(c.mesh, scene);
+}
+std::string description(const ChooseLabelPreset& c, const Scene&) {
+  return title(c) + (c.preset.empty() ? ": none" : ": " + c.preset);
 }
 std::string description(const SetForceParameter& c, const Scene& scene) {
   const ForceInfo& force = force_list()[static_cast<std::size_t>(c.force)];

@@ -3,6 +3,7 @@
 // the log. Each command that changes the scene is one unit of undo, or belongs to the previous unit if `continues` is
 // set.
 #pragma once
+#include <map>
 #include <string>
 #include <variant>
 
@@ -21,11 +22,13 @@ struct AddMesh {
   /// Corners of a box (field/box_prompt.h) instead of a seed: the mesh gets the seed and the strokes of
   /// prompt_of_box(). Four, or none.
   std::vector<Eigen::Vector3d> box_mm{};
+  SegmentCode code{};  ///< MeshItem::code
 };
 struct DeleteMesh {
   ItemId mesh;
 };
-/// Changes the attributes of a mesh for which a value is given.
+/// Changes the attributes of a mesh for which a value is given. A new name without a label gives the mesh the label of
+/// that name (LabelNumbers), unless another mesh has it.
 struct EditMesh {
   ItemId mesh;
   std::optional<std::string> name;
@@ -34,6 +37,7 @@ struct EditMesh {
   std::optional<int> label;
   std::optional<bool> locked{};
   std::optional<float> opacity{};
+  std::optional<SegmentCode> code{};  ///< empty: the code follows from the name
 };
 /// Sets the reference with which reports compare the mesh. The pose of the mesh does not change.
 struct SetReference {
@@ -145,14 +149,20 @@ struct StartFieldComparison {
 struct CommitFieldComparison {
   ItemId mesh;
 };
+/// Chooses the labels of names. A mesh with one of these names gets its label; other meshes with a label of these names
+/// get an unused one.
+struct ChooseLabelPreset {
+  std::string preset;  ///< LabelNumbers::preset; "": none
+  std::map<std::string, int> by_name;
+};
 struct Undo {};
 struct Redo {};
 
-using Command =
-    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
-                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
-                 StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
-                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels>;
+using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
+                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
+                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
+                             CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison,
+                             CommitFieldComparison, EditVoxels, ChooseLabelPreset>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -2,6 +2,9 @@
 #include "session/free_attributes.h"
 
 #include <algorithm>
+#include <set>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace simplexseg {
@@ -19,8 +22,38 @@ std::string free_name(const Scene& scene) {
       first_free(scene, [](const MeshItem& other, int number) { return other.name == numbered_name(number); }));
 }
 
+bool is_default_name(const std::string& name) {
+  constexpr std::string_view start = "mesh ";
+  return name.starts_with(start) && name.size() > start.size() &&
+         name.find_first_not_of("0123456789", start.size()) == std::string::npos;
+}
+
 int free_label(const Scene& scene) {
-  return first_free(scene, [](const MeshItem& other, int label) { return other.label == label; });
+  std::set<int> used;
+  for (const MeshItem& item : scene.meshes) used.insert(item.label);
+  for (const auto& [name, label] : scene.labels.by_name) used.insert(label);
+  int label = 1;
+  while (used.contains(label)) ++label;
+  return label;
+}
+
+int label_of_name(const Scene& scene, const std::string& name, ItemId mesh) {
+  const auto found = scene.labels.by_name.find(name);
+  if (found == scene.labels.by_name.end()) return 0;
+  const bool taken = std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                                 [&](const MeshItem& item) { return item.id != mesh && item.label == found->second; });
+  return taken ? 0 : found->second;
+}
+
+void set_labels(Scene& scene, LabelNumbers labels) {
+  scene.labels = std::move(labels);
+  const std::map<std::string, int>& by_name = scene.labels.by_name;
+  std::set<int> reserved;
+  for (const auto& [name, label] : by_name) reserved.insert(label);
+  for (MeshItem& item : scene.meshes)
+    if (const auto named = by_name.find(item.name); named != by_name.end()) item.label = named->second;
+  for (MeshItem& item : scene.meshes)
+    if (!by_name.contains(item.name) && reserved.contains(item.label)) item.label = free_label(scene);
 }
 
 Colour free_colour(std::span<const Colour> used) {

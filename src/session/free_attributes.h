@@ -20,8 +20,15 @@ int first_free(const Scene& scene, Has has) {
 
 /// First unused name of "mesh 1", "mesh 2" ...
 std::string free_name(const Scene& scene);
-/// Smallest unused label, from 1.
+/// Whether the name is one of "mesh 1", "mesh 2" ...
+bool is_default_name(const std::string& name);
+/// Smallest label, from 1, that neither a mesh nor a name of the scene (LabelNumbers) has.
 int free_label(const Scene& scene);
+/// Label of a name in the scene (LabelNumbers); 0 if the name has none, or a mesh other than `mesh` has this label.
+int label_of_name(const Scene& scene, const std::string& name, ItemId mesh);
+/// Sets the labels of names. A mesh with one of these names gets its label; other meshes with a label of these names
+/// get an unused one.
+void set_labels(Scene& scene, LabelNumbers labels);
 /// First of the colours of the palette that occur least often in `used`.
 Colour free_colour(std::span<const Colour> used);
 /// free_colour() of the colours of all meshes.

@@ -3,12 +3,14 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/colour.h"
+#include "core/segment_code.h"
 #include "forces/parameters.h"
 #include "forces/region_model.h"
 #include "mesh/simplex_mesh.h"
@@ -65,6 +67,7 @@ struct MeshItem {
   bool locked = false;  ///< whether the pose is protected: no force, refinement or field changes it
   float opacity = 1;    ///< opacity in the 3D view, in (0, 1]
   int label = 1;        ///< value of the mesh's voxels in a saved label volume
+  SegmentCode code{};   ///< codes that were chosen; empty: they follow from the name
   Seed seed;
   std::optional<MeshStart> start;
   std::optional<Reference> reference;
@@ -132,6 +135,12 @@ struct SavedView {
   std::string active_mesh;       ///< name of the active mesh; "": none
 };
 
+/// Labels of names, so that a structure has the same label in every segmentation.
+struct LabelNumbers {
+  std::string preset;                  ///< name of a label preset, or path of its file; "": none
+  std::map<std::string, int> by_name;  ///< labels of the preset, and of earlier meshes of the scene
+};
+
 /// Contents of a scene file: meshes, points, parameters, and the path of the volume.
 struct Scene {
   std::string volume_path;
@@ -144,6 +153,7 @@ struct Scene {
   std::optional<SavedView> view;
   int steps = 0;  ///< default number of steps of simplexseg-cli run; 0: until all meshes settle
   ForceParameters forces = default_force_parameters();  ///< parameters of a new mesh
+  LabelNumbers labels;
 
   const MeshItem* find_mesh(ItemId id) const;
   MeshItem* find_mesh(ItemId id);

@@ -31,6 +31,7 @@ void check_mesh(const MeshItem& item, const Volume& volume) {
       check_value(force.parameters[k], item.parameters.values[static_cast<int>(force.id)][k],
                   "segmentation '" + item.name + "', " + force.name);
   check_seed(item.seed, item.name, volume);
+  check_code(item.code, item.name);
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
 
@@ -118,8 +119,27 @@ void check_paint(const UserPoint& point) {
   if (point.path_mm.size() < 2) throw Error("paint", "its contour has fewer than three vertices", "draw a larger one");
 }
 
+void check_code(const SegmentCode& code, const std::string& name) {
+  if (const std::string fault = fault_of(code); !fault.empty())
+    throw Error("the code of segmentation '" + name + "'", fault, "correct it, or choose a name of a label preset");
+}
+
+void check_labels(const std::map<std::string, int>& by_name) {
+  std::set<int> labels;
+  for (const auto& [name, label] : by_name) {
+    if (name.empty() || label < 1 || label > 65535)
+      throw Error("label " + std::to_string(label) + " of the name '" + name + "'",
+                  name.empty() ? "the name is empty" : "labels have 16 bits and 0 is background",
+                  name.empty() ? "give every label a name" : "choose 1 to 65535");
+    if (!labels.insert(label).second)
+      throw Error("label " + std::to_string(label) + " of the name '" + name + "'", "another name has it",
+                  "give every name another label");
+  }
+}
+
 ItemId check_scene(Scene& scene, const Volume& volume) {
   check_values(scene);
+  check_labels(scene.labels.by_name);
   std::set<ItemId> ids;
   ItemId next = 1;
   for (const MeshItem& item : scene.meshes) next = std::max(next, item.id + 1);

@@ -30,6 +30,10 @@ void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm)
 /// Throws unless paint belongs to an inside or outside point and has what its brush needs: a radius up to 100 mm, a
 /// unit normal, a thickness, three vertices or voxels.
 void check_paint(const UserPoint& point);
+/// Throws unless DICOM can store the codes, or they are empty. `name`: name of the mesh, for the message.
+void check_code(const SegmentCode& code, const std::string& name);
+/// Throws unless every name has a label from 1 to 65535, and no two names the same.
+void check_labels(const std::map<std::string, int>& by_name);
 /// Checks values, seeds, meshes, points and ids of a scene before it is opened on the volume. Assigns ids to meshes and
 /// points that have none. Returns the next unused id.
 ItemId check_scene(Scene& scene, const Volume& volume);

@@ -50,7 +50,10 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   item.start = command.start;
   check_seed(item.seed, item.name, volume_);
   item.colour = command.colour.value_or(free_colour(scene_));
-  item.label = free_label(scene_);
+  item.label = label_of_name(scene_, item.name, item.id);
+  if (item.label == 0) item.label = free_label(scene_);
+  check_code(command.code, item.name);
+  item.code = command.code;
   const MeshItem* like = scene_.find_mesh(command.like);
   item.parameters = like ? like->parameters : scene_.forces;
   restart(item, scene_.simulation, volume_);
@@ -64,6 +67,15 @@ void SceneEditor::refuse_locked_paint(const UserPoint& point) {
   if (point.is_paint()) refuse_locked(item_of(point.mesh));
 }
 
+void SceneEditor::remember_label(const MeshItem& item) {
+  if (is_default_name(item.name)) return;
+  std::map<std::string, int>& labels = scene_.labels.by_name;
+  const bool taken = std::any_of(labels.begin(), labels.end(), [&](const auto& entry) {
+    return entry.second == item.label && entry.first != item.name;
+  });
+  if (!taken) labels[item.name] = item.label;
+}
+
 void SceneEditor::add_strokes(const BoxPrompt& box, ItemId mesh) {
   for (const BoxPrompt::Stroke& stroke : box.strokes) {
     UserPoint point{next_id_++, mesh, stroke.path_mm.front(), stroke.kind, stroke.radius_mm};
@@ -75,7 +87,7 @@ void SceneEditor::add_strokes(const BoxPrompt& box, ItemId mesh) {
 }
 
 SceneChange SceneEditor::execute(const DeleteMesh& command) {
-  item_of(command.mesh);
+  remember_label(item_of(command.mesh));
   std::erase_if(scene_.points, [&](const UserPoint& point) { return point.mesh == command.mesh; });
   std::erase_if(scene_.meshes, [&](const MeshItem& item) { return item.id == command.mesh; });
   return {EngineUpdate::Meshes};
@@ -93,16 +105,27 @@ SceneChange SceneEditor::execute(const EditMesh& command) {
   if (command.opacity && !(*command.opacity > 0 && *command.opacity <= 1))
     throw Error("the opacity of segmentation '" + item.name + "'",
                 general_text(*command.opacity, 6) + " is out of range", "give a value above 0 and up to 1");
+  if (command.code) check_code(*command.code, item.name);
+  const int label_of_new_name = renames ? label_of_name(scene_, *command.name, item.id) : 0;
+  const int label = command.label ? *command.label : label_of_new_name > 0 ? label_of_new_name : item.label;
+  if (renames && label != item.label) remember_label(item);
   item.name = command.name.value_or(item.name);
   item.colour = command.colour.value_or(item.colour);
   item.visible = command.visible.value_or(item.visible);
-  item.label = command.label.value_or(item.label);
+  item.label = label;
+  item.code = command.code.value_or(item.code);
   item.opacity = command.opacity.value_or(item.opacity);
   if (command.locked.value_or(item.locked) == item.locked) return {EngineUpdate::Nothing};
   item.locked = *command.locked;
   item.previous = item.mesh.positions;  // zero velocity
   item.solver = {}, item.sleep = {};
   return {EngineUpdate::Meshes};
+}
+
+SceneChange SceneEditor::execute(const ChooseLabelPreset& command) {
+  check_labels(command.by_name);
+  set_labels(scene_, {command.preset, command.by_name});
+  return {EngineUpdate::Nothing};
 }
 
 SceneChange SceneEditor::execute(const SetForceParameter& command) {

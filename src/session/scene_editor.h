@@ -46,6 +46,7 @@ class SceneEditor {
   SceneChange execute(const SetReference& command);
   SceneChange execute(const ResizePoint& command);
   SceneChange execute(const EditVoxels& command);
+  SceneChange execute(const ChooseLabelPreset& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< mesh with this id; throws Error for 0 or an unknown mesh
@@ -55,6 +56,8 @@ class SceneEditor {
   std::vector<MeshItem*> items_of(ItemId mesh);  ///< given mesh, 0: all meshes; throws Error for an unknown mesh
   /// Throws Error for paint of a locked mesh: its labels would change.
   void refuse_locked_paint(const UserPoint& point);
+  /// Records the label of a mesh for its name (LabelNumbers), unless the name is one of "mesh 1", "mesh 2" ...
+  void remember_label(const MeshItem& item);
   /// Adds the strokes of a box to a mesh.
   void add_strokes(const BoxPrompt& box, ItemId mesh);
   UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes that segment builds from its options, and their runs.
 #include <algorithm>
+#include <fstream>
 
 #include "cli_fixture.h"
 #include "io/scene/load_input.h"
@@ -163,6 +164,43 @@ TEST_F(Segment, OptionsWithoutASubcommandAreThoseOfSegment) {
   EXPECT_NE(unknown.err.find("subcommand"), std::string::npos) << unknown.err;
   for (const Arguments& how : {Arguments{"--xml"}, Arguments{"segment", "--xml"}})
     EXPECT_TRUE(succeed(how).out.starts_with("<?xml")) << "called by 3D Slicer";
+}
+
+TEST_F(Segment, ALabelPresetGivesLabelsColoursAndCodesByName) {
+  succeed(segment({path("a.seg.nrrd"), "--seed", "1,0,0", "--radius", "9", "--name", "spleen", "--label-preset",
+                   "abdomen", "--steps", "1", "--save", path("saved.json")}));
+  const nlohmann::json saved = json_of("saved.json");
+  EXPECT_EQ(saved["meshes"][0]["label"], 1);
+  EXPECT_EQ(saved["meshes"][0]["code"]["type"]["code"], "78961009");
+  EXPECT_EQ(saved["labels"]["preset"], "abdomen");
+  EXPECT_EQ(saved["labels"]["by_name"]["spleen"], 1);
+  EXPECT_EQ(saved["labels"]["by_name"]["Liver"], 6);
+  EXPECT_NE(text_of("a.seg.nrrd").find("~SCT^78961009^Spleen~"), std::string::npos);
+  write_scene("own.json", {{"simplexseg_labels", 1},
+                           {"title", "Own"},
+                           {"labels", {{{"name", "Ball"}, {"number", 77}, {"colour", "#010203"}}}}});
+  succeed(segment({path("b.seg.nrrd"), "--seed", "1,0,0", "--radius", "9", "--name", "Ball", "--label-preset",
+                   path("own.json"), "--steps", "1", "--save", path("saved.json")}));
+  EXPECT_EQ(json_of("saved.json")["meshes"][0]["label"], 77);
+  EXPECT_EQ(json_of("saved.json")["meshes"][0]["colour"], "#010203");
+  EXPECT_EQ(json_of("saved.json")["labels"]["preset"], "own.json") << "relative to the scene";
+  EXPECT_EQ(load_scene(path("saved.json")).scene.labels.preset, path("own.json"));
+  expect_rejected({path("c.nii"), "--seed", "1,0,0", "--label-preset", "abdomn"}, "abdomen");
+  expect_rejected({path("c.nii"), "--seed", "1,0,0", "--label-preset", path("none.json")}, "none.json");
+}
+
+TEST_F(Segment, PresetsAreListed) {
+  const Outcome all = call({"labels"});
+  EXPECT_EQ(all.status, 0);
+  for (const char* name : {"abdomen", "spine", "brain", "heart", "head-neck"})
+    EXPECT_NE(all.out.find(name), std::string::npos) << name;
+  EXPECT_NE(call({"labels", "heart"}).out.find("SCT 87878005 Left Ventricle"), std::string::npos);
+  const Outcome file = call({"labels", "spine", "--json"});
+  std::ofstream(path("spine.json")) << file.out;
+  EXPECT_EQ(call({"labels", path("spine.json"), "--json"}).out, file.out);
+  const Outcome unknown = call({"labels", "hart"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_NE(unknown.err.find("'heart'"), std::string::npos) << unknown.err;
 }
 
 }  // namespace

@@ -132,7 +132,8 @@ TEST_F(HistoryIo, ThirtyMixedActionsAreRestoredBitForBit) {
   const ItemId other = session->apply(AddMesh{"other", {{3, 3, 3}, 8}, Colour{1, 2, 3}, ball});
   run(5);
   session->apply(AddPoint{other, {3, 3, 12}, MarkKind::Boundary, 0, {0, 0, 1}});
-  session->apply(EditMesh{other, "Ångström", {}, false, 9, {}, 0.25f});
+  session->apply(EditMesh{
+      other, "Ångström", {}, false, 9, {}, 0.25f, SegmentCode{{"SCT", "85756007", "Tissue"}, {"99X", "1", "Å"}, {}}});
   session->apply(RecordProfiles{other});
   session->apply(RefineMesh{other});
   run(3);

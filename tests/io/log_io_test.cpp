@@ -10,11 +10,12 @@ namespace {
 TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   const Eigen::Vector3d p(0.1, 1.0 / 3, -2.5e-310);
   std::mt19937 random(9);
+  const SegmentCode code{{"SCT", "123037004", "Anatomical Structure"}, {"99X", "a b", "Ü"}, {"SCT", "7771000", "Left"}};
   std::vector<LogEntry> log = {
       {0, AddMesh{"a \"quoted\" näme", {p, 10.0 / 3}, Colour{1, 2, 3}, 7}},
-      {3, AddMesh{"", {p, 1}, std::nullopt, 0, std::nullopt, {p, -p, p, -p}}},
+      {3, AddMesh{"", {p, 1}, std::nullopt, 0, std::nullopt, {p, -p, p, -p}, code}},
       {1, DeleteMesh{4}},
-      {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12, true, 0.25f}},
+      {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12, true, 0.25f, code}},
       {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f, true}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "limit_timestep"), 0}},
@@ -35,6 +36,8 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
       {1, AddPoint{5, p, MarkKind::Outside, 2, {0, 0, 0}, {p, -p}, PaintBrush::contour(p, 0), VoxelEdit::Freeze}},
       {1, Undo{}},
       {1, Redo{}},
+      {2, ChooseLabelPreset{"abdomen", {{"a \"b\"", 65535}, {"Ü", 1}}}},
+      {2, ChooseLabelPreset{}},
   };
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k)
@@ -61,11 +64,12 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
     EXPECT_EQ(a.colour, b.colour);
     EXPECT_EQ(a.like, b.like);
     EXPECT_EQ(a.box_mm, b.box_mm);
+    EXPECT_EQ(a.code, b.code);
   }
   for (const std::size_t at : {3u, 4u}) {
     const auto [a, b] = get(std::type_identity<EditMesh>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.name == b.name && a.colour == b.colour && a.visible == b.visible &&
-                a.label == b.label && a.locked == b.locked && a.opacity == b.opacity);
+                a.label == b.label && a.locked == b.locked && a.opacity == b.opacity && a.code == b.code);
   }
   for (const std::size_t at : {5u, 6u}) {
     const auto [a, b] = get(std::type_identity<SetSimulationParameter>{}, at);
@@ -101,7 +105,11 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   const auto [freeze, freeze_again] = get(std::type_identity<AddPoint>{}, 21);
   EXPECT_EQ(freeze.brush, freeze_again.brush);
   EXPECT_EQ(freeze.edit, freeze_again.edit);
-  for (std::size_t at = 24; at < log.size(); ++at) {
+  for (const std::size_t at : {24u, 25u}) {
+    const auto [a, b] = get(std::type_identity<ChooseLabelPreset>{}, at);
+    EXPECT_TRUE(a.preset == b.preset && a.by_name == b.by_name);
+  }
+  for (std::size_t at = 26; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
                 a.continues == b.continues)

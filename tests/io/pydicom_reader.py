@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads a segmentation or structure set with pydicom, for tests. Prints a line for each segment or region: its name and
-the number of voxels on each slice of the images. Slices are matched by the referenced instances.
+"""Reads a segmentation or structure set with pydicom, for tests. Prints a line for each segment or region: its name, colour
+(regions), codes and the number of voxels on each slice of the images. Slices are matched by the referenced instances.
 
 pydicom_reader.py FILE IMAGE...
 The bits are unpacked and the polygons are filled here, by the even-odd rule at the pixel centres.
@@ -47,6 +47,15 @@ def pixel_counts(contours, images):
     return counts
 
 
+def codes_of(item, kind):
+    """Codes of the category in an item, of its type and of the modifier of the type."""
+    category = item.SegmentedPropertyCategoryCodeSequence[0]
+    texts = [f"{category.CodingSchemeDesignator} {category.CodeValue}"]
+    for code in [kind, *kind.get("SegmentedPropertyTypeModifierCodeSequence", [])]:
+        texts.append(f"{code.CodingSchemeDesignator} {code.CodeValue} {code.CodeMeaning}")
+    return ", ".join(texts)
+
+
 def main():
     data = pydicom.dcmread(sys.argv[1])
     images = {}
@@ -72,14 +81,17 @@ def main():
                     continue
                 for bit in range(f * plane, (f + 1) * plane):
                     voxels[source] += data.PixelData[bit // 8] >> (bit % 8) & 1
-            code = segment.SegmentedPropertyTypeCodeSequence[0].CodeMeaning
+            code = codes_of(segment, segment.SegmentedPropertyTypeCodeSequence[0])
             print(segment.SegmentLabel, code, *(voxels[uid] for uid in order), sep="|")
     else:
         regions = {int(r.ROINumber): r for r in data.StructureSetROISequence}
+        observations = {int(o.ReferencedROINumber): o for o in data.RTROIObservationsSequence}
         for contours in data.ROIContourSequence:
             counts = pixel_counts(contours.get("ContourSequence", []), images)
             colour = "/".join(str(c) for c in contours.ROIDisplayColor)
-            print(regions[int(contours.ReferencedROINumber)].ROIName, colour, *(counts[u] for u in order), sep="|")
+            number = int(contours.ReferencedROINumber)
+            code = codes_of(observations[number], observations[number].RTROIIdentificationCodeSequence[0])
+            print(regions[number].ROIName, colour, code, *(counts[u] for u in order), sep="|")
 
 
 main()

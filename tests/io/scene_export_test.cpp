@@ -139,7 +139,7 @@ TEST_F(SceneExport, SegmentationsHaveTheNamesAndColoursOfTheirMeshes) {
   const LoadedVolume loaded = load_volume(folder / "labels.seg.nrrd");
   EXPECT_EQ(loaded.volume.sample({0, 0, 0}), 5);
   ASSERT_EQ(loaded.segments.size(), 2u);
-  EXPECT_EQ(loaded.segments[0], (SegmentName{5, "liver: left, more", {1, 128, 255}}));
+  EXPECT_EQ(loaded.segments[0], (SegmentName{5, "liver: left, more", {1, 128, 255}, tissue_code()}));
   EXPECT_EQ(loaded.segments[1].name, "Segment_3");
 }
 

@@ -146,6 +146,9 @@ inline Scene any_scene() {
        false,
        VoxelEdit::Margin,
        any_painted_voxels()}};
+  scene.meshes[1].code = {
+      {"SCT", "123037004", "Anatomical Structure"}, {"99X", "a b", "Ü"}, {"SCT", "7771000", "Left"}};
+  scene.labels = {"abdomen", {{"Å \"b\"", 65535}, {"left", 1}}};
   scene.steps = 123;
   return scene;
 }

@@ -24,6 +24,7 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
     EXPECT_EQ(a.colour, b.colour);
     EXPECT_EQ(a.visible, b.visible);
     EXPECT_EQ(a.label, b.label);
+    EXPECT_EQ(a.code, b.code);
     EXPECT_TRUE(same_bits(a.seed.centre_mm, b.seed.centre_mm));
     EXPECT_EQ(a.seed.radius_mm, b.seed.radius_mm);
     EXPECT_EQ(a.reference->labels, b.reference->labels);
@@ -38,6 +39,8 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
     EXPECT_EQ(a.steps_at_level, b.steps_at_level);
     EXPECT_EQ(a.final_vertices, b.final_vertices);
   }
+  EXPECT_EQ(after.labels.preset, before.labels.preset);
+  EXPECT_EQ(after.labels.by_name, before.labels.by_name);
   ASSERT_EQ(after.points.size(), before.points.size());
   for (std::size_t p = 0; p < before.points.size(); ++p) {
     EXPECT_TRUE(same_bits(before.points[p].position_mm, after.points[p].position_mm));

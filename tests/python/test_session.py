@@ -324,3 +324,30 @@ def test_invalid_sources(tmp_path, ramp):
     for source in [None, 3, ramp.array]:
         with pytest.raises(TypeError):
             Session(source)
+
+
+def test_names_of_a_label_preset_have_labels_and_codes(session, tmp_path):
+    ball = session.mesh("ball")
+    assert ball.code["type"] == ("SCT", "85756007", "Tissue") and session.label_preset == ""
+    session.label_preset = "abdomen"
+    assert session.label_preset == "abdomen" and "abdomen" in simplexseg.label_presets()
+    ball.name = "Left kidney"
+    entry = simplexseg.read_label_preset("abdomen")["Left kidney"]
+    assert ball.label == entry["label"] == 3
+    assert ball.code == entry["code"]
+    assert ball.code["modifier"] == ("SCT", "7771000", "Left") and len(entry["colour"]) == 3
+    ball.code = {"category": ("SCT", "85756007", "Tissue"), "type": ("99X", "1", "Blob")}
+    assert ball.code["type"] == ("99X", "1", "Blob") and "modifier" not in ball.code
+    for code in ({"type": ("SCT", "1", "a")}, {"category": ("SCT", "1", "a")}, {"x": 1}, 5, {"type": ("a", "b")}):
+        with pytest.raises(Error, match="code"):
+            ball.code = code
+    ball.code = {}
+    assert ball.code == entry["code"]
+    session.undo()
+    assert ball.code["type"] == ("99X", "1", "Blob")
+    with pytest.raises(Error, match="heart"):
+        session.label_preset = "hart"
+    with pytest.raises(Error, match="none.json"):
+        simplexseg.read_label_preset(str(tmp_path / "none.json"))
+    session.label_preset = ""
+    assert session.label_preset == "" and ball.label == 3

@@ -29,7 +29,7 @@ bool same_values(const MeshItem& a, const MeshItem& b, const char*& what) {
   };
   return same(a.id == b.id, "the meshes") && same(a.name == b.name, "the names") &&
          same(a.colour == b.colour, "the colours") && same(a.visible == b.visible, "the visibilities") &&
-         same(a.label == b.label, "the labels") &&
+         same(a.label == b.label, "the labels") && same(a.code == b.code, "the codes") &&
          same(a.locked == b.locked && a.opacity == b.opacity, "locks and opacities") &&
          same(same_values(a.seed, b.seed), "the seeds") &&
          same(std::memcmp(&a.parameters, &b.parameters, sizeof a.parameters) == 0, "the force parameters") &&

@@ -31,10 +31,20 @@ auto fields_of(T& colour) {
   auto& [red, green, blue] = colour;
   return std::tie(red, green, blue);
 }
+template <Is<CodedConcept> T>
+auto fields_of(T& one) {
+  auto& [scheme, value, meaning] = one;
+  return std::tie(scheme, value, meaning);
+}
+template <Is<SegmentCode> T>
+auto fields_of(T& code) {
+  auto& [category, type, modifier] = code;
+  return std::tie(category, type, modifier);
+}
 template <Is<SegmentName> T>
 auto fields_of(T& segment) {
-  auto& [value, name, colour] = segment;
-  return std::tie(value, name, colour);
+  auto& [value, name, colour, code] = segment;
+  return std::tie(value, name, colour, code);
 }
 template <Is<DicomTag> T>
 auto fields_of(T& tag) {

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 
-#include "io/dicom/dicom_codes.h"
 #include "io/dicom/dicom_colour.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
@@ -75,15 +74,14 @@ std::vector<std::uint8_t> bits_of(const Volume& labels, const std::vector<Frame>
 }
 
 /// `label`: name of the segment as DICOM text.
-DicomItem segment_item(std::uint32_t number, const SegmentName& segment, const std::string& label) {
+DicomItem segment_item(std::uint32_t number, const SegmentName& segment, const std::string& label,
+                       const DicomSource& source) {
   DicomItem item;
   const std::uint16_t numbers[] = {static_cast<std::uint16_t>(number)};
   item.shorts({0x0062, 0x0004}, numbers).text({0x0062, 0x0005}, label);
   item.text({0x0062, 0x0008}, "SEMIAUTOMATIC").text({0x0062, 0x0009}, "SimplexSeg 2-simplex mesh");
   item.shorts({0x0062, 0x000d}, lab_of_colour(segment.colour));
-  const SegmentCode code = code_of(segment.name);
-  item.code({0x0062, 0x0003}, code.category, "SCT", code.category_meaning);
-  item.code({0x0062, 0x000f}, code.type, "SCT", code.type_meaning);
+  add_segment_code(item, {0x0062, 0x000f}, segment.code, source);
   return item;
 }
 
@@ -185,7 +183,7 @@ std::string write_dicom_segmentation(const std::filesystem::path& path, const Vo
   texts = dicom_names(texts, source);
   for (const auto& [value, in] : slices) {
     const std::size_t n = segments.size();
-    segments.push_back(segment_item(static_cast<std::uint32_t>(n + 1), name_of(value, names), texts[n]));
+    segments.push_back(segment_item(static_cast<std::uint32_t>(n + 1), name_of(value, names), texts[n], source));
     if (static_cast<int>(segments.size()) != value)
       renumbered += (renumbered.empty() ? "label " : ", label ") + std::to_string(value) + " is segment " +
                     std::to_string(segments.size());

@@ -173,6 +173,19 @@ std::vector<std::string> dicom_names(const std::vector<std::string>& names, cons
   return texts;
 }
 
+void add_segment_code(DicomItem& item, DicomTag type, const SegmentCode& code, const DicomSource& source) {
+  const SegmentCode& used = code.empty() ? tissue_code() : code;
+  const auto item_of = [&](const CodedConcept& one) {
+    DicomItem coded;
+    coded.text({0x0008, 0x0100}, one.value).text({0x0008, 0x0102}, one.scheme);
+    coded.text({0x0008, 0x0104}, dicom_name(one.meaning, source));
+    return coded;
+  };
+  DicomItem coded_type = item_of(used.type);
+  if (!used.modifier.empty()) coded_type.item({0x0062, 0x0011}, item_of(used.modifier));
+  item.item({0x0062, 0x0003}, item_of(used.category)).item(type, coded_type);
+}
+
 DicomDateTime dicom_now() {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/segment_code.h"
 #include "image/volume.h"
 #include "io/dicom/dicom_item.h"
 
@@ -46,6 +47,10 @@ std::string dicom_name(const std::string& name, const DicomSource& source, std::
 /// and so on within the limit. `max_characters`: at least 8.
 std::vector<std::string> dicom_names(const std::vector<std::string>& names, const DicomSource& source,
                                      std::size_t max_characters = 64);
+
+/// Adds the codes of a segment: the property category (0062,0003), and the property type, with its modifier, as the
+/// sequence `type` (PS3.3 C.8.20.4 and C.8.8.8). Empty codes are those of tissue.
+void add_segment_code(DicomItem& item, DicomTag type, const SegmentCode& code, const DicomSource& source);
 
 /// Date (YYYYMMDD) and time (HHMMSS) in DICOM format.
 struct DicomDateTime {

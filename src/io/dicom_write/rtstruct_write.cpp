@@ -64,7 +64,8 @@ DicomItem contours_item(const MeshItem& mesh, const std::string& number, const D
 
 }  // namespace
 
-void write_rtstruct(const std::filesystem::path& path, const Scene& scene, DicomSource source) {
+void write_rtstruct(const std::filesystem::path& path, const Scene& scene, const std::vector<SegmentCode>& codes,
+                    DicomSource source) {
   if (scene.meshes.empty())
     throw Error("cannot write " + quoted(path), "the scene has no segmentation", "create one first");
   DicomItem data = std::move(source.context);
@@ -89,6 +90,7 @@ void write_rtstruct(const std::filesystem::path& path, const Scene& scene, Dicom
     DicomItem& observation = observations.emplace_back();
     observation.text({0x3006, 0x0082}, number).text({0x3006, 0x0084}, number);
     observation.text({0x3006, 0x0085}, short_names[m]);
+    add_segment_code(observation, {0x3006, 0x0086}, codes.at(m), source);
     observation.text({0x3006, 0x00a4}, "").text({0x3006, 0x00a6}, "");
   }
   data.items({0x3006, 0x0020}, regions).items({0x3006, 0x0039}, contours);

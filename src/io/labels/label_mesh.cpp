@@ -129,7 +129,7 @@ std::vector<LabelCount> count_labels(const Volume& labels, const std::vector<Seg
     LabelCount& label = result.emplace_back();
     label.value = value, label.voxels = voxels, label.millilitres = static_cast<double>(voxels) * voxel_ml;
     for (const SegmentName& name : names)
-      if (name.value == value) label.name = name.name, label.colour = name.colour;
+      if (name.value == value) label.name = name.name, label.colour = name.colour, label.code = name.code;
   }
   if (result.size() > max_labels) {
     std::nth_element(result.begin(), result.begin() + static_cast<std::ptrdiff_t>(max_labels), result.end(),

@@ -33,11 +33,12 @@ struct LabelCount {
   double value = 0;
   std::string name;  ///< name in the file; empty if it has none
   std::optional<Colour> colour;
+  SegmentCode code{};  ///< codes in the file; empty if it has none
   std::size_t voxels = 0;
   double millilitres = 0;
 };
 /// Labels other than 0 in a volume, sorted by value; only the `max_labels` largest ones if there are more. `names`:
-/// names and colours of labels. Throws Error for more than 65535 labels.
+/// names, colours and codes of labels. Throws Error for more than 65535 labels.
 std::vector<LabelCount> count_labels(const Volume& labels, const std::vector<SegmentName>& names,
                                      std::size_t max_labels = 1000);
 

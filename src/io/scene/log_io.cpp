@@ -10,8 +10,10 @@
 
 #include "core/error.h"
 #include "io/platform/atomic_file.h"
+#include "io/scene/code_text.h"
 #include "io/scene/json_input.h"
 #include "io/scene/json_output.h"
+#include "io/scene/label_numbers.h"
 #include "io/scene/mesh_start.h"
 #include "io/scene/parameter_json.h"
 #include "io/scene/parameter_text.h"
@@ -52,16 +54,18 @@ Json keys_json(const AddMesh& c) {
   if (c.like) json["like"] = c.like;
   if (c.start) json["start"] = start_json<Json>(*c.start, c.start->path);
   if (!c.box_mm.empty()) json["box_mm"] = path_json<Json>(c.box_mm);
+  if (!c.code.empty()) json["code"] = code_json<Json>(c.code);
   return json;
 }
 void read_keys(const JsonInput& in, AddMesh& c) {
-  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start", "box_mm"});
+  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start", "box_mm", "code"});
   if (in.has("name")) c.name = in["name"].text_or_empty();
   c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
   if (in.has("colour")) c.colour = colour_from_json(in["colour"]);
   if (in.has("like")) c.like = read_id(in["like"]);
   if (in.has("start")) c.start = mesh_start_from_json(in["start"]);
   if (in.has("box_mm")) c.box_mm = read_path(in["box_mm"]);
+  if (in.has("code")) c.code = read_code(in["code"]);
 }
 
 Json keys_json(const EditMesh& c) {
@@ -72,10 +76,11 @@ Json keys_json(const EditMesh& c) {
   if (c.label) json["label"] = *c.label;
   if (c.locked) json["locked"] = *c.locked;
   if (c.opacity) json["opacity"] = *c.opacity;
+  if (c.code) json["code"] = code_json<Json>(*c.code);
   return json;
 }
 void read_keys(const JsonInput& in, EditMesh& c) {
-  expect_keys(in, {"mesh", "name", "colour", "visible", "label", "locked", "opacity"});
+  expect_keys(in, {"mesh", "name", "colour", "visible", "label", "locked", "opacity", "code"});
   c.mesh = read_id(in["mesh"]);
   if (in.has("name")) c.name = in["name"].text_or_empty();
   if (in.has("colour")) c.colour = colour_from_json(in["colour"]);
@@ -83,6 +88,14 @@ void read_keys(const JsonInput& in, EditMesh& c) {
   if (in.has("label")) c.label = in["label"].integer_between(std::numeric_limits<int>::min(), kMaxInt);
   if (in.has("locked")) c.locked = in["locked"].boolean();
   if (in.has("opacity")) c.opacity = static_cast<float>(in["opacity"].number());
+  if (in.has("code")) c.code = read_code(in["code"]);
+}
+
+Json keys_json(const ChooseLabelPreset& c) { return labels_json<Json>({c.preset, c.by_name}); }
+void read_keys(const JsonInput& in, ChooseLabelPreset& c) {
+  expect_keys(in, {"preset", "by_name"});
+  LabelNumbers labels = read_labels(in);
+  c = {std::move(labels.preset), std::move(labels.by_name)};
 }
 
 /// Reads the keys "parameter" and "value" for a parameter in `table`.
@@ -265,7 +278,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "commit_preliminary_field",
                                          "start_field_comparison",
                                          "commit_field_comparison",
-                                         "edit_voxels"};
+                                         "edit_voxels",
+                                         "choose_label_preset"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

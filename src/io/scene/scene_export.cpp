@@ -12,6 +12,7 @@
 #include "io/platform/file_names.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
+#include "io/scene/label_preset.h"
 #include "io/scene/scene_text.h"
 #include "io/volume/volume_io.h"
 #include "session/label_map.h"
@@ -23,13 +24,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Name and colour of each label; the names of meshes with the same label are joined.
+/// Name, colour and codes of each label; the names of meshes with the same label are joined.
 std::vector<SegmentName> names_of(const Scene& scene) {
   std::vector<SegmentName> names;
   for (const MeshItem& item : scene.meshes) {
     const auto same = std::find_if(names.begin(), names.end(), [&](const auto& n) { return n.value == item.label; });
     if (same == names.end())
-      names.push_back({item.label, item.name, item.colour});
+      names.push_back({item.label, item.name, item.colour, code_of(item)});
     else
       same->name += ", " + item.name;
   }
@@ -70,7 +71,9 @@ std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGe
     throw Error("cannot write " + quoted(path), "DICOM labels need the grid of their image",
                 "write another format, or omit the other grid");
   if (is_structure_name(path)) {
-    write_rtstruct(path, scene, source_of(scene, path));
+    std::vector<SegmentCode> codes;
+    for (const MeshItem& item : scene.meshes) codes.push_back(code_of(item));
+    write_rtstruct(path, scene, codes, source_of(scene, path));
     return "";
   }
   const LabelMap map = make_label_map(scene, geometry, volume);

@@ -2,14 +2,16 @@
 #include "io/scene/scene_text.h"
 
 #include <algorithm>
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/number_text.h"
 #include "io/platform/files.h"
+#include "io/scene/code_text.h"
+#include "io/scene/colour_text.h"
 #include "io/scene/json_input.h"
 #include "io/scene/json_output.h"
+#include "io/scene/label_numbers.h"
 #include "io/scene/log_io.h"
 #include "io/scene/mesh_start.h"
 #include "io/scene/parameter_json.h"
@@ -28,23 +30,13 @@ namespace {
 constexpr int kSceneVersion = 1;
 constexpr int kMaxLabel = 65535;
 
+/// Whether a label preset is named by the path of its file.
+bool is_preset_file(const std::string& preset) { return preset.ends_with(".json"); }
+
 // ---- reading ----
 
-Colour read_colour(const JsonInput& input) {
-  const std::string text = input.text();
-  const bool hex =
-      text.size() == 7 && text[0] == '#' && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos;
-  if (!hex) input.fail("'" + one_line(text) + "' is not a colour", "write it as \"#e6a03c\"");
-  const auto channel = [&text](int at) {
-    unsigned value = 0;
-    std::from_chars(text.data() + at, text.data() + at + 2, value, 16);
-    return static_cast<std::uint8_t>(value);
-  };
-  return {channel(1), channel(3), channel(5)};
-}
-
 MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, const MeshReader& read_files) {
-  input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "forces",
+  input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "code", "forces",
                      "final_vertices", "reference", "pose", "state"});
   MeshItem item;
   item.name = input["name"].text();
@@ -60,7 +52,7 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
     item.seed.centre_mm = sphere["centre_mm"].vector3();
     item.seed.radius_mm = read_radius(sphere["radius_mm"]);
   }
-  if (input.has("colour")) item.colour = read_colour(input["colour"]);
+  if (input.has("colour")) item.colour = read_colour_text(input["colour"]);
   if (input.has("visible")) item.visible = input["visible"].boolean();
   if (input.has("locked")) item.locked = input["locked"].boolean();
   if (input.has("opacity")) {
@@ -68,6 +60,7 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
     if (!(item.opacity > 0 && item.opacity <= 1)) input["opacity"].fail("it is out of range", "use 0.1 to 1");
   }
   if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
+  if (input.has("code")) item.code = read_code(input["code"]);
   if (input.has("forces")) read_forces(input["forces"], item.parameters);
   if (input.has("reference")) {
     const JsonInput reference = input["reference"];
@@ -138,15 +131,13 @@ std::string portable(const std::string& path, const fs::path& folder) {
 }
 
 Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::path& folder) {
-  std::string colour = "#";
-  for (const std::uint8_t part : {item.colour.red, item.colour.green, item.colour.blue})
-    colour += hexadecimal_text(part, 2);
   Json json = {{"name", item.name},
                {"sphere", {{"centre_mm", vector_json<Json>(item.seed.centre_mm)}, {"radius_mm", item.seed.radius_mm}}},
-               {"colour", colour},
+               {"colour", colour_text(item.colour)},
                {"visible", item.visible},
                {"label", item.label}};
   if (item.start) json["start"] = start_json<Json>(*item.start, portable(item.start->path, folder));
+  if (!item.code.empty()) json["code"] = code_json<Json>(item.code);
   if (item.locked) json["locked"] = true;
   if (item.opacity < 1) json["opacity"] = item.opacity;
   const Json forces = forces_json<Json>(item.parameters, &defaults);
@@ -209,7 +200,7 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     input.fail("it is not a scene: the key 'simplexseg_scene' is missing", "choose a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
   input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "simulation", "forces",
-                     "meshes", "points", "steps", "view"});
+                     "meshes", "points", "steps", "view", "labels"});
   Scene scene;
   scene.simulation = default_simulation_parameters();
   if (input.has("volume")) scene.volume_path = absolute_if_found(input["volume"].text(), folder);
@@ -233,6 +224,11 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
   for (int p = 0; p < point_count; ++p) {
     scene.points.push_back(read_point(input["points"][p], scene));
     scene.points.back().id = static_cast<ItemId>(mesh_count + p + 1);
+  }
+  if (input.has("labels")) {
+    input["labels"].expect_keys({"preset", "by_name"});
+    scene.labels = read_labels(input["labels"]);
+    if (is_preset_file(scene.labels.preset)) scene.labels.preset = absolute_if_found(scene.labels.preset, folder);
   }
   if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
   return scene;
@@ -258,6 +254,9 @@ std::string scene_text(const fs::path& path, const Scene& scene, const std::vect
   for (const UserPoint& point : scene.points) json["points"].push_back(point_json(point, scene));
   json["steps"] = scene.steps;
   if (scene.view) json["view"] = view_json(*scene.view);
+  LabelNumbers labels = scene.labels;
+  if (is_preset_file(labels.preset)) labels.preset = portable(labels.preset, folder);
+  if (const Json object = labels_json<Json>(labels); !object.empty()) json["labels"] = object;
   return json_text(path, json, indent);
 }
 

@@ -4,14 +4,16 @@
 #include <vector>
 
 #include "core/colour.h"
+#include "core/segment_code.h"
 
 namespace simplexseg {
 
-/// Name and colour of a label value.
+/// Name, colour and codes of a label value.
 struct SegmentName {
   int value = 0;  ///< label value of the voxels
   std::string name;
   Colour colour{230, 160, 60};
+  SegmentCode code{};  ///< empty: unknown
   bool operator==(const SegmentName&) const = default;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names and colours of segments in the header of a .seg.nrrd file, as written by 3D Slicer:
+// Names, colours and codes of segments in the header of a .seg.nrrd file, as written by 3D Slicer:
 // https://slicer.readthedocs.io/en/latest/developer_guide/modules/segmentations.html
 #pragma once
 #include <filesystem>
