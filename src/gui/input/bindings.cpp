@@ -135,6 +135,8 @@ const Binding kBindings[] = {
     {Act::LockMesh, kEverywhere, "L", Mouse::None, {}, "&Lock", "Protect the active segmentation from any change"},
     {Act::DuplicateMesh, kEverywhere, "Ctrl+D", Mouse::None, {}, "D&uplicate",
      "Copy the active segmentation with its points, to try other settings"},
+    {Act::NameMesh, kEverywhere, "N", Mouse::None, {}, "&Name...",
+     "Name the active segmentation: two letters suggest structures with their colour, label and DICOM code"},
     {Act::MeshUp, kEverywhere, "Ctrl+Shift+Up", Mouse::None, {}, "Mo&ve up",
      "Move the active segmentation one place up in the list"},
     {Act::MeshDown, kEverywhere, "Ctrl+Shift+Down", Mouse::None, {}, "Move do&wn",

@@ -15,7 +15,7 @@ enum class Act {
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBox, ToolBrush, ToolEraser, ToolFreeze, Brush3d, Lasso, SmartBrush,
   RunPause, Step, CancelSolving, ResetPose, Compare,
-  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
+  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, NameMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
   ShowMeshes, ShowFill, ShowField, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ShowPanels, ShowSteps, Researcher,
   Help, Messages, About,

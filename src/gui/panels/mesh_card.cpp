@@ -6,7 +6,6 @@
 #include <QEvent>
 #include <QHBoxLayout>
 #include <QLabel>
-#include <QLineEdit>
 #include <QMenu>
 #include <QMouseEvent>
 #include <QSignalBlocker>
@@ -25,6 +24,8 @@
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "gui/workbench/name_line.h"
+#include "gui/workbench/naming.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -54,11 +55,10 @@ MeshCard::MeshCard(Workbench& workbench, ActionTable& actions, QWidget* parent)
 
 void MeshCard::build_upper_row(ActionTable& actions) {
   colour_ = flat_button(tr("Colour"), this);
-  name_ = new QLineEdit(this);
+  name_ = new NameLine([this] { return offered_labels(workbench_.scene()); }, this);
   name_->setFrame(false);
   set_role(name_, "title");
   name_->setAccessibleName(tr("Name"));
-  name_->setToolTip(tr("Name: click to change it"));
   cancel_ = flat_button(tr("Cancel"), this);
   cancel_->setObjectName("cancel_solving");
   cancel_->setText(QString(QChar(0x00d7)));
@@ -78,7 +78,8 @@ void MeshCard::build_upper_row(ActionTable& actions) {
   menu_button->setPopupMode(QToolButton::InstantPopup);
   auto* menu = new QMenu(menu_button);
   menu->setToolTipsVisible(true);
-  for (const Act act : {Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh})
+  for (const Act act :
+       {Act::NameMesh, Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh})
     menu->addAction(actions[act]);
   menu->addSeparator();
   for (const Act act : {Act::MeshUp, Act::MeshDown, Act::DeleteMesh}) menu->addAction(actions[act]);
@@ -94,8 +95,10 @@ void MeshCard::build_upper_row(ActionTable& actions) {
   connect(name_, &QLineEdit::editingFinished, this, [this] {
     const MeshItem* item = workbench_.scene().find_mesh(mesh_);
     const std::string name = name_->text().trimmed().toStdString();
-    if (item && name != item->name) edit({mesh_, name, {}, {}, {}});
+    if (item && name != item->name) edit(naming_command(workbench_.scene(), mesh_, name));
   });
+  connect(name_, &NameLine::chosen, this,
+          [this](const PresetLabel& label) { edit(naming_command(workbench_.scene(), mesh_, label)); });
   connect(cancel_, &QToolButton::clicked, this, [this] {
     if (workbench_.session().solving_mesh() == mesh_) workbench_.cancel_solving();
   });
@@ -153,6 +156,8 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
   const QString name = QString::fromStdString(item.name);
   const bool being_typed = name_->hasFocus() && name_->isModified();
   if (!being_typed && name_->text() != name) name_->setText(name);
+  const QString code = text_of_code(code_of(item));
+  name_->setToolTip(tr("Name: click to change it\nDICOM code: %1").arg(code));
   shown_->setChecked(item.visible);
   shown_->setIcon(icon_of(item.visible ? Symbol::Shown : Symbol::Hidden));
   locked_->setChecked(item.locked);

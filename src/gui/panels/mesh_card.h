@@ -6,7 +6,6 @@
 #include "session/command.h"
 
 class QLabel;
-class QLineEdit;
 class QSlider;
 class QSpinBox;
 class QToolButton;
@@ -14,6 +13,7 @@ class QToolButton;
 namespace simplexseg {
 
 class ActionTable;
+class NameLine;
 class Workbench;
 
 /// Entry of a mesh in the list: colour, name, label, visibility, lock, opacity, volume and state, and buttons that
@@ -54,7 +54,7 @@ class MeshCard : public QFrame {
   QPointF pressed_at_;
   bool dragged_ = false;
   QToolButton* colour_;
-  QLineEdit* name_;
+  NameLine* name_;
   QToolButton* cancel_;
   QToolButton* solve_;
   QToolButton* shown_;

@@ -151,8 +151,8 @@ void MeshPanel::drop(MeshCard& card, int gap) {
 }
 
 void MeshPanel::add_at_crosshair() {
-  workbench_.apply(
-      AddMesh{{}, Seed{workbench_.view.crosshair_mm, radius_->value()}, std::nullopt, workbench_.view.active_mesh});
+  const Seed seed{workbench_.view.crosshair_mm, radius_->value()};
+  if (workbench_.apply(AddMesh{{}, seed, std::nullopt, workbench_.view.active_mesh})) emit workbench_.mesh_placed();
 }
 
 }  // namespace simplexseg

@@ -190,6 +190,7 @@ void SliceTools::finish_seed() {
 void SliceTools::end_start() {
   workbench_.view.tool = Tool::Crosshair;
   workbench_.view_edited();
+  emit workbench_.mesh_placed();
 }
 
 std::vector<Eigen::Vector3d> SliceTools::box_mm() const {

@@ -145,8 +145,8 @@ void LabelActions::make_meshes(const QString& path, const std::shared_ptr<Labels
           std::string name = chosen[n].name;
           if (workbench_.scene().find_mesh(name)) name.clear();
           const LoadedStart& start = (*starts)[n];
-          made +=
-              workbench_.apply(AddMesh{name, start.seed, chosen[n].colour, workbench_.view.active_mesh, start.start});
+          made += workbench_.apply(AddMesh{
+              name, start.seed, chosen[n].colour, workbench_.view.active_mesh, start.start, {}, chosen[n].code});
         }
         if (made > 0) show_with_warnings(tr("Created %1").arg(counted_text(made, "segmentation")), labels->warnings);
       },

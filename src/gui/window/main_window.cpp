@@ -26,6 +26,7 @@
 #include "gui/look/symbols.h"
 #include "gui/look/widgets.h"
 #include "gui/panels/history_panel.h"
+#include "gui/panels/label_preset_menu.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/views/view.h"
@@ -35,6 +36,7 @@
 #include "gui/window/file_actions.h"
 #include "gui/window/label_actions.h"
 #include "gui/window/message_bar.h"
+#include "gui/window/name_popup.h"
 #include "gui/window/side_panels.h"
 #include "gui/window/start_page.h"
 #include "gui/window/state_chip.h"
@@ -119,6 +121,8 @@ void MainWindow::build_views() {
   connect(workbench_.get(), &Workbench::volume_changed, this,
           [this] { start_->setVisible(!workbench_->has_volume()); });
   messages_ = new MessageBar(views_);
+  auto* name = new NamePopup(*workbench_, *views_);
+  actions_->on(Act::NameMesh, [name] { name->ask(); });
   new FocusReturn(*this, *views_->all().front());
   new PointerAtKeys(this);
   setCentralWidget(centre);
@@ -163,12 +167,14 @@ void MainWindow::build_menus() {
                       {Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze},
                       {Act::Brush3d, Act::Lasso, Act::SmartBrush},
                       {Act::WindowLevel}});
-  QMenu* const segmentation = fill(
-      tr("Se&gmentation"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
-                            {Act::MeshFromLabels, Act::MeshFromFile},
-                            {Act::MeshUp, Act::MeshDown},
-                            {Act::WorstFit},
-                            {Act::DeleteMesh}});
+  QMenu* segmentation = fill(tr("Se&gmentation"),
+                             {{Act::NameMesh},
+                              {Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
+                              {Act::MeshFromLabels, Act::MeshFromFile},
+                              {Act::MeshUp, Act::MeshDown},
+                              {Act::WorstFit},
+                              {Act::DeleteMesh}});
+  segmentation->insertMenu(segmentation->actions().at(1), new LabelPresetMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new VoxelMenu(*workbench_, segmentation));
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ =

@@ -178,7 +178,7 @@ void WorkbenchActions::refresh() {
       tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose, Act::Compare})
     set_enabled(actions_[act], meshes, no_mesh);
-  for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::DeleteMesh})
+  for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::NameMesh, Act::DeleteMesh})
     set_enabled(actions_[act], meshes, no_mesh);
   const MeshItem* active = workbench_.active_mesh();
   const bool locked = active && active->locked;

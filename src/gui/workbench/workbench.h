@@ -111,6 +111,7 @@ class Workbench : public QObject {
   void pose_changed();                             ///< only poses have changed
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
   void advance_finished();                         ///< the advance of begin_advance() has finished
+  void mesh_placed();                              ///< the user placed the seed or box of the active mesh
   void restarted();                                ///< a scene was opened, or meshes were reset
   void references_changed();
   void point_moved();  ///< scene_changed follows when the drag ends or pauses
