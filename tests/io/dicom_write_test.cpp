@@ -151,6 +151,10 @@ TEST_F(DicomWrite, ChosenCodesAreStoredAndReadBack) {
   const std::vector<LabelCount> counts = file.count();
   ASSERT_EQ(counts.size(), 2u);
   EXPECT_EQ(counts[0].code, scene.meshes[0].code) << "for segmentations made from labels";
+  save_labels(folder / "a.rtstruct.dcm", scene, image().geometry());
+  const std::vector<StructureRegion> regions = read_structure_regions(folder / "a.rtstruct.dcm");
+  EXPECT_EQ(regions.at(0).name.code, scene.meshes[0].code);
+  EXPECT_EQ(regions.at(1).name.code.type.value, "A-1");
 }
 
 TEST_F(DicomWrite, PatientStudyAndSourceImagesAreStored) {

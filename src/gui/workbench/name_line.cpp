@@ -4,7 +4,6 @@
 #include <QApplication>
 #include <QKeyEvent>
 #include <QListWidget>
-#include <QPointer>
 #include <algorithm>
 
 #include "gui/look/qt_text.h"
@@ -27,7 +26,7 @@ NameLine::NameLine(std::function<std::vector<PresetLabel>()> labels, QWidget* pa
   list_->setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   list_->hide();
   connect(this, &QLineEdit::textEdited, this, &NameLine::suggest);
-  connect(list_, &QListWidget::itemPressed, this, [this] {
+  connect(list_.data(), &QListWidget::itemPressed, this, [this] {
     QPointer<NameLine> line(this);  // accepting can delete the field
     accept_row();
     if (!line) return;
@@ -36,11 +35,12 @@ NameLine::NameLine(std::function<std::vector<PresetLabel>()> labels, QWidget* pa
   });
 }
 
-// The list is a part of the window while it is shown.
 NameLine::~NameLine() {
-  QApplication::instance()->removeEventFilter(this);
-  delete list_;
+  if (qApp) qApp->removeEventFilter(this);
+  delete list_.data();
 }
+
+QListWidget& NameLine::list() const { return *list_; }
 
 void NameLine::suggest(const QString& typed) {
   if (labels_.empty()) labels_ = load_();

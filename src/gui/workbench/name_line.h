@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QLineEdit>
+#include <QPointer>
 #include <functional>
 #include <vector>
 
@@ -20,7 +21,7 @@ class NameLine : public QLineEdit {
   NameLine(std::function<std::vector<PresetLabel>()> labels, QWidget* parent);
   ~NameLine() override;
   /// List of the suggestions; hidden when there are none.
-  QListWidget& list() const { return *list_; }
+  QListWidget& list() const;
 
  signals:
   /// The user accepted a suggestion. The field contains its name and is not modified.
@@ -40,7 +41,7 @@ class NameLine : public QLineEdit {
   std::function<std::vector<PresetLabel>()> load_;
   std::vector<PresetLabel> labels_;
   std::vector<const PresetLabel*> matches_;  ///< rows of the list; the typed text follows
-  QListWidget* list_;
+  QPointer<QListWidget> list_;               ///< a part of the window while it is shown
 };
 
 }  // namespace simplexseg

@@ -2,6 +2,7 @@
 #include "gui/workbench/naming.h"
 
 #include <algorithm>
+#include <map>
 
 #include "core/error.h"
 #include "core/number_text.h"
@@ -41,7 +42,7 @@ EditMesh naming_command(const Scene& scene, ItemId mesh, const PresetLabel& labe
 EditMesh naming_command(const Scene& scene, ItemId mesh, const std::string& typed) {
   const std::vector<PresetLabel> labels = offered_labels(scene);
   const auto exact = std::find_if(labels.begin(), labels.end(), [&](const PresetLabel& label) {
-    return lower_ascii(label.name) == lower_ascii(typed);
+    return scene.labels.by_name.contains(label.name) && lower_ascii(label.name) == lower_ascii(typed);
   });
   if (exact != labels.end()) return naming_command(scene, mesh, *exact);
   EditMesh command{mesh, typed, {}, {}, {}};
@@ -54,7 +55,16 @@ bool choose_label_preset(Workbench& workbench, const QString& name_or_path) {
   if (name_or_path.isEmpty()) return workbench.apply(ChooseLabelPreset{});
   try {
     const LabelPreset preset = find_label_preset(shown_path(name_or_path));
-    return workbench.apply(ChooseLabelPreset{preset.name, preset.by_name()});
+    std::map<ItemId, int> before;
+    for (const MeshItem& item : workbench.scene().meshes) before[item.id] = item.label;
+    if (!workbench.apply(ChooseLabelPreset{preset.name, preset.by_name()})) return false;
+    const std::vector<MeshItem>& meshes = workbench.scene().meshes;
+    const auto changed = std::count_if(meshes.begin(), meshes.end(),
+                                       [&](const MeshItem& item) { return item.label != before[item.id]; });
+    if (changed > 0)
+      workbench.notify(Severity::Note, Workbench::tr("%1: changed the labels of %2. Undo restores them.")
+                                           .arg(text(preset.title), counted_text(changed, "segmentation")));
+    return true;
   } catch (const std::exception& error) {
     workbench.notify(Severity::Failure, QString::fromUtf8(error.what()));
     return false;

@@ -19,7 +19,7 @@ std::vector<PresetLabel> offered_labels(const Scene& scene);
 /// Command that gives a mesh name, colour and codes of a structure, and by its name also the label. If another mesh has
 /// the name, the new name is "NAME 2", "NAME 3" ..., and the colour stays.
 EditMesh naming_command(const Scene& scene, ItemId mesh, const PresetLabel& label);
-/// Command that gives a mesh a typed name: naming_command() above if it is the name of a structure, in any case. A name
+/// Command that gives a mesh a typed name: naming_command() above if the scene's preset has it, in any case. A name
 /// with the words of a structure (find_label()) also sets its codes; any other name keeps the codes.
 EditMesh naming_command(const Scene& scene, ItemId mesh, const std::string& typed);
 

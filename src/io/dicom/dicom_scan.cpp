@@ -17,6 +17,7 @@
 
 #include "core/number_text.h"
 #include "core/system_error.h"
+#include "io/dicom/dicom_codes.h"
 #include "io/dicom/dicom_colour.h"
 #include "io/dicom/dicom_frames.h"
 #include "io/dicom/dicom_requests.h"
@@ -48,25 +49,6 @@ std::string uid_of(const gdcm::DataSet& data, DicomTag tag) {
   return text.substr(0, text.find_first_not_of(".0123456789"));
 }
 
-/// `coding`: character set of the file.
-CodedConcept read_concept_of(const gdcm::DataSet& item, const std::string& coding) {
-  return {text_of(item, {0x0008, 0x0102}), text_of(item, {0x0008, 0x0100}),
-          utf8_of(raw_text_of(item, {0x0008, 0x0104}), coding)};
-}
-
-/// Returns the codes of a segment; none if they are incomplete.
-SegmentCode read_segment_code(const gdcm::DataSet& segment, const std::string& coding) {
-  SegmentCode code;
-  first_item(segment, {0x0062, 0x0003},
-             [&](const gdcm::DataSet& item) { code.category = read_concept_of(item, coding); });
-  first_item(segment, {0x0062, 0x000f}, [&](const gdcm::DataSet& item) {
-    code.type = read_concept_of(item, coding);
-    first_item(item, {0x0062, 0x0011},
-               [&](const gdcm::DataSet& modifier) { code.modifier = read_concept_of(modifier, coding); });
-  });
-  return fault_of(code).empty() ? code : SegmentCode{};
-}
-
 void read_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
   const std::string sop_class = text_of(data, {0x0008, 0x0016});
   if (!sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.4") && !sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.7"))
@@ -93,7 +75,7 @@ void read_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
     if (lab.size() == 3)
       segment.colour = colour_of_lab(
           {static_cast<std::uint16_t>(lab[0]), static_cast<std::uint16_t>(lab[1]), static_cast<std::uint16_t>(lab[2])});
-    segment.code = read_segment_code(item, coding);
+    segment.code = read_segment_code(item, {0x0062, 0x000f}, coding);
     segments.push_back(segment);
   });
   slice.segments = std::make_shared<const std::vector<SegmentName>>(std::move(segments));

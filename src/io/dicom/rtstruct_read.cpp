@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/number_text.h"
 #include "io/dicom/dicom.h"
+#include "io/dicom/dicom_codes.h"
 #include "io/dicom/dicom_requests.h"
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_texts.h"
@@ -91,6 +92,13 @@ std::vector<StructureRegion> regions_of(const gdcm::DataSet& data) {
     const auto part = [](double v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0, 255.0)); };
     if (rgb.size() == 3) region.name.colour = Colour{part(rgb[0]), part(rgb[1]), part(rgb[2])};
     each_item(item, {0x3006, 0x0040}, [&](const gdcm::DataSet& contour) { read_contour(contour, region); });
+  });
+  const std::string coding = text_of(data, {0x0008, 0x0005});
+  each_item(data, {0x3006, 0x0080}, [&](const gdcm::DataSet& observation) {
+    const auto found = places.find(stated_number(observation, {0x3006, 0x0084}));
+    if (found == places.end()) return;
+    SegmentCode& code = regions[found->second].name.code;
+    if (code.empty()) code = read_segment_code(observation, {0x3006, 0x0086}, coding);
   });
   return regions;
 }
