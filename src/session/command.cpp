@@ -41,6 +41,10 @@ const char* title(const Undo&) { return "undo"; }
 const char* title(const Redo&) { return "redo"; }
 const char* title(const SetReference&) { return "set reference"; }
 const char* title(const ResizePoint&) { return "resize point"; }
+const char* title(const AddMeasurement&) { return "add measurement"; }
+const char* title(const MoveMeasurement&) { return "move measurement"; }
+const char* title(const RenameMeasurement&) { return "rename measurement"; }
+const char* title(const DeleteMeasurement&) { return "delete measurement"; }
 
 /// Replaces underscores by blanks: "a_name" -> "a name".
 std::string spaced(std::string name) {
@@ -90,6 +94,15 @@ std::string description_of_point(const char* verb, ItemId id, const Scene& scene
 std::string description(const MovePoint& c, const Scene& scene) { return description_of_point("move", c.point, scene); }
 std::string description(const DeletePoint& c, const Scene& scene) {
   return description_of_point("delete", c.point, scene);
+}
+std::string description(const AddMeasurement& c, const Scene&) { return std::string("add ") + name_of(c.kind); }
+template <class C>
+concept ForOneMeasurement = requires(const C& c) {
+  c.measurement;
+};
+std::string description(const ForOneMeasurement auto& c, const Scene& scene) {
+  const Measurement* const item = scene.find_measurement(c.measurement);
+  return item ? std::string(title(c)) + ": " + item->name : title(c);
 }
 std::string description(const EditMesh& c, const Scene& scene) {
   const char* what = c.name      ? "rename segmentation"

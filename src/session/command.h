@@ -155,6 +155,25 @@ struct ChooseLabelPreset {
   std::string preset;  ///< LabelNumbers::preset; "": none
   std::map<std::string, int> by_name;
 };
+/// Adds a measurement; `points_mm` as in Measurement.
+struct AddMeasurement {
+  MeasurementKind kind;
+  std::vector<Eigen::Vector3d> points_mm;
+  std::string name;  ///< empty: the first unused name of "ruler 1", "ruler 2" ...
+};
+/// Moves points of a measurement, or the whole.
+struct MoveMeasurement {
+  ItemId measurement;
+  std::vector<Eigen::Vector3d> points_mm;  ///< all points, as in Measurement
+  bool continues = false;                  ///< whether it belongs to the drag of the previous command: undone together
+};
+struct RenameMeasurement {
+  ItemId measurement;
+  std::string name;
+};
+struct DeleteMeasurement {
+  ItemId measurement;
+};
 struct Undo {};
 struct Redo {};
 
@@ -162,7 +181,7 @@ using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, S
                              MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
                              SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
                              CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison,
-                             CommitFieldComparison, EditVoxels, ChooseLabelPreset>;
+                             CommitFieldComparison, EditVoxels, ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

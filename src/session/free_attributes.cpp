@@ -28,6 +28,14 @@ bool is_default_name(const std::string& name) {
          name.find_first_not_of("0123456789", start.size()) == std::string::npos;
 }
 
+std::string free_name(const Scene& scene, MeasurementKind kind) {
+  for (int number = 1;; ++number) {
+    const std::string name = std::string(name_of(kind)) + " " + std::to_string(number);
+    if (std::ranges::none_of(scene.measurements, [&](const Measurement& other) { return other.name == name; }))
+      return name;
+  }
+}
+
 int free_label(const Scene& scene) {
   std::set<int> used;
   for (const MeshItem& item : scene.meshes) used.insert(item.label);

@@ -22,6 +22,8 @@ int first_free(const Scene& scene, Has has) {
 std::string free_name(const Scene& scene);
 /// Whether the name is one of "mesh 1", "mesh 2" ...
 bool is_default_name(const std::string& name);
+/// First unused name of "ruler 1", "ruler 2" ..., or with another kind.
+std::string free_name(const Scene& scene, MeasurementKind kind);
 /// Smallest label, from 1, that neither a mesh nor a name of the scene (LabelNumbers) has.
 int free_label(const Scene& scene);
 /// Label of a name in the scene (LabelNumbers); 0 if the name has none, or a mesh other than `mesh` has this label.

@@ -57,4 +57,8 @@ const UserPoint* Scene::find_point(ItemId id) const {
   return find_in(points, [id](const UserPoint& point) { return point.id == id; });
 }
 
+const Measurement* Scene::find_measurement(ItemId id) const {
+  return find_in(measurements, [id](const Measurement& measurement) { return measurement.id == id; });
+}
+
 }  // namespace simplexseg

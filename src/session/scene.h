@@ -13,6 +13,7 @@
 #include "core/segment_code.h"
 #include "forces/parameters.h"
 #include "forces/region_model.h"
+#include "image/measurement.h"
 #include "mesh/simplex_mesh.h"
 #include "session/mesh_field.h"
 #include "session/voxel_edit.h"
@@ -21,7 +22,7 @@
 
 namespace simplexseg {
 
-using ItemId = std::uint32_t;  ///< id of a mesh or point, unique in a session; 0: none
+using ItemId = std::uint32_t;  ///< id of a mesh, point or measurement, unique in a session; 0: none
 
 /// Reference segmentation with which reports compare a mesh.
 struct Reference {
@@ -141,7 +142,7 @@ struct LabelNumbers {
   std::map<std::string, int> by_name;  ///< labels of the preset, and of earlier meshes of the scene
 };
 
-/// Contents of a scene file: meshes, points, parameters, and the path of the volume.
+/// Contents of a scene file: meshes, points, measurements, parameters, and the path of the volume.
 struct Scene {
   std::string volume_path;
   int volume_number = 1;        ///< number of the volume in a 4D file, from 1
@@ -149,6 +150,7 @@ struct Scene {
   std::string volume_series;    ///< UID of the series in a DICOM folder; empty: the largest series
   std::vector<MeshItem> meshes;
   std::vector<UserPoint> points;
+  std::vector<Measurement> measurements;
   SimulationParameters simulation;
   std::optional<SavedView> view;
   int steps = 0;  ///< default number of steps of simplexseg-cli run; 0: until all meshes settle
@@ -159,6 +161,7 @@ struct Scene {
   MeshItem* find_mesh(ItemId id);
   const MeshItem* find_mesh(const std::string& name) const;
   const UserPoint* find_point(ItemId id) const;
+  const Measurement* find_measurement(ItemId id) const;
 };
 
 }  // namespace simplexseg

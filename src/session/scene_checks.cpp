@@ -137,6 +137,11 @@ void check_labels(const std::map<std::string, int>& by_name) {
   }
 }
 
+void check_measurement(MeasurementKind kind, const std::vector<Eigen::Vector3d>& points_mm) {
+  if (const std::optional<std::string> defect = defect_of(kind, points_mm))
+    throw Error(name_of(kind), *defect, "correct its points");
+}
+
 ItemId check_scene(Scene& scene, const Volume& volume) {
   check_values(scene);
   check_labels(scene.labels.by_name);
@@ -144,6 +149,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   ItemId next = 1;
   for (const MeshItem& item : scene.meshes) next = std::max(next, item.id + 1);
   for (const UserPoint& point : scene.points) next = std::max(next, point.id + 1);
+  for (const Measurement& measurement : scene.measurements) next = std::max(next, measurement.id + 1);
   for (MeshItem& item : scene.meshes) {
     if (item.id == 0) item.id = next++;
     if (!ids.insert(item.id).second)
@@ -167,6 +173,10 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
                   "correct the scene");
     if (!scene.find_mesh(point.mesh))
       throw Error("point", "it refers to a segmentation that is not in the scene", "choose one of the scene");
+  }
+  for (Measurement& measurement : scene.measurements) {
+    if (measurement.id == 0) measurement.id = next++;
+    check_measurement(measurement.kind, measurement.points_mm);
   }
   return next;
 }

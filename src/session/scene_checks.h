@@ -34,8 +34,10 @@ void check_paint(const UserPoint& point);
 void check_code(const SegmentCode& code, const std::string& name);
 /// Throws unless every name has a label from 1 to 65535, and no two names the same.
 void check_labels(const std::map<std::string, int>& by_name);
-/// Checks values, seeds, meshes, points and ids of a scene before it is opened on the volume. Assigns ids to meshes and
-/// points that have none. Returns the next unused id.
+/// Throws unless the points define a measurement of this kind (defect_of()).
+void check_measurement(MeasurementKind kind, const std::vector<Eigen::Vector3d>& points_mm);
+/// Checks values, seeds, meshes, points, measurements and ids of a scene before it is opened on the volume. Assigns ids
+/// to items that have none. Returns the next unused id.
 ItemId check_scene(Scene& scene, const Volume& volume);
 
 }  // namespace simplexseg

@@ -234,6 +234,33 @@ SceneChange SceneEditor::execute(const DeletePoint& command) {
   return {EngineUpdate::Points};
 }
 
+SceneChange SceneEditor::execute(const AddMeasurement& command) {
+  check_measurement(command.kind, command.points_mm);
+  const std::string name = command.name.empty() ? free_name(scene_, command.kind) : command.name;
+  scene_.measurements.push_back({next_id_++, command.kind, command.points_mm, name});
+  return {EngineUpdate::Nothing, scene_.measurements.back().id};
+}
+
+SceneChange SceneEditor::execute(const MoveMeasurement& command) {
+  Measurement& measurement = measurement_of(command.measurement);
+  check_measurement(measurement.kind, command.points_mm);
+  measurement.points_mm = command.points_mm;
+  return {EngineUpdate::Nothing};
+}
+
+SceneChange SceneEditor::execute(const RenameMeasurement& command) {
+  Measurement& measurement = measurement_of(command.measurement);
+  if (command.name.empty()) throw Error("the name of a measurement", "it is empty", "choose another name");
+  measurement.name = command.name;
+  return {EngineUpdate::Nothing};
+}
+
+SceneChange SceneEditor::execute(const DeleteMeasurement& command) {
+  measurement_of(command.measurement);
+  std::erase_if(scene_.measurements, [&](const Measurement& one) { return one.id == command.measurement; });
+  return {EngineUpdate::Nothing};
+}
+
 SceneChange SceneEditor::execute(const ResetPose& command) {
   for (MeshItem* item : movable_items_of(command.mesh)) {
     item->final_vertices = 0;
@@ -328,6 +355,12 @@ UserPoint& SceneEditor::point_of(ItemId point) {
   for (UserPoint& one : scene_.points)
     if (one.id == point) return one;
   throw Error("point " + std::to_string(point), "there is no such point", "choose a point of the scene");
+}
+
+Measurement& SceneEditor::measurement_of(ItemId measurement) {
+  for (Measurement& one : scene_.measurements)
+    if (one.id == measurement) return one;
+  throw Error("measurement " + std::to_string(measurement), "there is no such measurement", "choose one of the scene");
 }
 
 }  // namespace simplexseg

@@ -16,7 +16,7 @@ enum class EngineUpdate { Nothing, Points, Parameters, Meshes };
 /// Effect of a command on a scene.
 struct SceneChange {
   EngineUpdate update = EngineUpdate::Nothing;
-  ItemId added = 0;  ///< id of the new mesh or point; 0: none
+  ItemId added = 0;  ///< id of the new mesh, point or measurement; 0: none
 };
 
 /// Executes commands on a scene. There is one overload for each command except those that the session executes itself
@@ -25,7 +25,7 @@ struct SceneChange {
 /// some of them.
 class SceneEditor {
  public:
-  /// `next_id`: id of the next new mesh or point; incremented for each. The references must outlive this object.
+  /// `next_id`: id of the next new item; incremented for each. The references must outlive this object.
   SceneEditor(Scene& scene, const Volume& volume, ItemId& next_id)
       : scene_(scene), volume_(volume), next_id_(next_id) {}
 
@@ -47,6 +47,10 @@ class SceneEditor {
   SceneChange execute(const ResizePoint& command);
   SceneChange execute(const EditVoxels& command);
   SceneChange execute(const ChooseLabelPreset& command);
+  SceneChange execute(const AddMeasurement& command);
+  SceneChange execute(const MoveMeasurement& command);
+  SceneChange execute(const RenameMeasurement& command);
+  SceneChange execute(const DeleteMeasurement& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< mesh with this id; throws Error for 0 or an unknown mesh
@@ -61,6 +65,8 @@ class SceneEditor {
   /// Adds the strokes of a box to a mesh.
   void add_strokes(const BoxPrompt& box, ItemId mesh);
   UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point
+  /// Measurement with this id; throws Error for an unknown one.
+  Measurement& measurement_of(ItemId measurement);
 
   Scene& scene_;
   const Volume& volume_;

@@ -36,16 +36,19 @@ DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
 /// Copy of the parts of a scene that an edit without a snapshot may change, to restore them after an error.
 class EditableParts {
  public:
-  explicit EditableParts(const Scene& scene) : points_(scene.points), simulation_(scene.simulation) {
+  explicit EditableParts(const Scene& scene)
+      : points_(scene.points), measurements_(scene.measurements), simulation_(scene.simulation) {
     for (const MeshItem& item : scene.meshes) parameters_.push_back(item.parameters);
   }
   void restore(Scene& scene) {
-    scene.points = std::move(points_), scene.simulation = simulation_;
+    scene.points = std::move(points_), scene.measurements = std::move(measurements_);
+    scene.simulation = simulation_;
     for (std::size_t k = 0; k < scene.meshes.size(); ++k) scene.meshes[k].parameters = parameters_[k];
   }
 
  private:
   std::vector<UserPoint> points_;
+  std::vector<Measurement> measurements_;
   SimulationParameters simulation_;
   std::vector<ForceParameters> parameters_;
 };

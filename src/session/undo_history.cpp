@@ -20,6 +20,10 @@ bool continues_command(const MovePoint& move, const Entry& last) {
   const std::vector<UserPoint>& before = last.scene.without_arrays().points;  // contains all points but the added one
   return std::none_of(before.begin(), before.end(), [&](const UserPoint& point) { return point.id == move.point; });
 }
+bool continues_command(const MoveMeasurement& move, const Entry& last) {
+  const auto* was = std::get_if<MoveMeasurement>(&last.command);
+  return move.continues && was && was->measurement == move.measurement;
+}
 bool continues_command(const ResizePoint& resize, const Entry& last) {
   const auto* was = std::get_if<ResizePoint>(&last.command);
   return resize.continues && was && was->point == resize.point;
@@ -64,6 +68,7 @@ ItemId UndoHistory::next_id() const {
     for (const auto& entry : *entries) {
       for (const MeshItem& item : entry->scene.without_arrays().meshes) next = std::max(next, item.id + 1);
       for (const UserPoint& point : entry->scene.without_arrays().points) next = std::max(next, point.id + 1);
+      for (const Measurement& m : entry->scene.without_arrays().measurements) next = std::max(next, m.id + 1);
     }
   }
   return next;

@@ -47,7 +47,7 @@ class UndoHistory {
   std::vector<std::string> redo_names() const;
   const Entries& to_undo() const { return undo_; }  ///< the last entry is undone next
   const Entries& to_redo() const { return redo_; }  ///< the last entry is redone next
-  /// Smallest id above those of all meshes and points in the history.
+  /// Smallest id above those of all items in the history.
   ItemId next_id() const;
   /// Size of all snapshots for undo and redo, bytes.
   std::size_t bytes() const;

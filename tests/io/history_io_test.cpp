@@ -41,6 +41,7 @@ std::vector<SessionState> with_plain_ids(std::vector<SessionState> states) {
   for (SessionState& state : states) {
     for (MeshItem& item : state.scene.meshes) plain(item.id);
     for (UserPoint& point : state.scene.points) plain(point.id), plain(point.mesh);
+    for (Measurement& measurement : state.scene.measurements) plain(measurement.id);
   }
   return states;
 }
@@ -123,6 +124,11 @@ TEST_F(HistoryIo, ThirtyMixedActionsAreRestoredBitForBit) {
   session->apply(
       AddPoint{ball, {18, 0, 0}, MarkKind::Inside, 4, {0, 0, 0}, {{0, 3, 0}}, PaintBrush::ball(), VoxelEdit::Freeze});
   run(2);
+  const ItemId ruler = session->apply(AddMeasurement{MeasurementKind::Ruler, {{0, 0, 0}, {1.0 / 3, 4, 0}}, ""});
+  session->apply(AddMeasurement{MeasurementKind::Ellipse, {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}}, "Ö"});
+  for (int k = 1; k <= 3; ++k) session->apply(MoveMeasurement{ruler, {{0, 0, 0}, {5.0 / k, 4, 0}}, k > 1});
+  session->apply(DeleteMeasurement{ruler});
+  run(1);
   for (const float value : {0.2f, 0.3f, 0.4f}) {
     session->apply(SetForceParameter{ball, ForceId::Smoothing, 0, value, value > 0.2f});
     run(1);

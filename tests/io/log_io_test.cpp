@@ -117,6 +117,46 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   }
 }
 
+TEST_F(SceneIo, ALogRestoresMeasurements) {
+  const std::vector<Eigen::Vector3d> points{{0.1, 1.0 / 3, -2.5e-310}, {1, 2, 3}, {4, 5, 6}};
+  write_log(folder_ / "log.json",
+            {{0, AddMeasurement{MeasurementKind::Angle, points, "Cobb"}},
+             {1, AddMeasurement{MeasurementKind::Ellipse, points, ""}},
+             {2, MoveMeasurement{7, points, true}},
+             {3, MoveMeasurement{7, points}},
+             {4, RenameMeasurement{7, "näme"}},
+             {5, DeleteMeasurement{8}}},
+            0, "");
+  const std::vector<LogEntry> log = read_log(folder_ / "log.json").log;
+  ASSERT_EQ(log.size(), 6u);
+  const auto& add = std::get<AddMeasurement>(log[0].command);
+  EXPECT_TRUE(add.kind == MeasurementKind::Angle && add.points_mm == points && add.name == "Cobb");
+  const auto& unnamed = std::get<AddMeasurement>(log[1].command);
+  EXPECT_TRUE(unnamed.kind == MeasurementKind::Ellipse && unnamed.name.empty());
+  for (const std::size_t at : {2u, 3u}) {
+    const auto& move = std::get<MoveMeasurement>(log[at].command);
+    EXPECT_TRUE(move.measurement == 7 && move.points_mm == points && move.continues == (at == 2));
+  }
+  EXPECT_EQ(std::get<RenameMeasurement>(log[4].command).name, "näme");
+  EXPECT_EQ(std::get<DeleteMeasurement>(log[5].command).measurement, 8u);
+}
+
+TEST_F(SceneIo, AnInvalidMeasurementIsRejected) {
+  const std::string name = "\"name\": \"a\", ", points = "\"points_mm\": [[0, 0, 0], [1, 0, 0]]";
+  const auto refused = [this](const std::string& measurement, const std::string& why) {
+    const std::string message = refusal(scene_with("\"measurements\": [{" + measurement + "}]"));
+    EXPECT_NE(message.find(why), std::string::npos) << message;
+    EXPECT_EQ(message.empty(), why.empty()) << message;
+  };
+  refused(name + "\"kind\": \"ruler\", " + points, "");
+  refused(name + "\"kind\": \"rule\", " + points, "ruler");
+  refused(name + "\"kind\": \"angle\", " + points, "2 points instead of 3");
+  refused(name + "\"kind\": \"ruler\", \"points_mm\": [[1, 0, 0], [1, 0, 0]]", "coincide");
+  refused(name + "\"kind\": \"ellipse\", \"points_mm\": [[0, 0, 0], [1, 0, 0], [1, 1, 0]]", "not perpendicular");
+  refused("\"kind\": \"ruler\", " + points, "name");
+  refused(name + "\"colour\": 1, \"kind\": \"ruler\", " + points, "colour");
+}
+
 TEST_F(SceneIo, AnInvalidLogIsRejected) {
   const auto log_with = [](const std::string& entry) {
     return "{\"simplexseg_log\": 1, \"entries\": [" + entry + "], \"trailing_steps\": 0}";

@@ -149,6 +149,8 @@ inline Scene any_scene() {
   scene.meshes[1].code = {
       {"SCT", "123037004", "Anatomical Structure"}, {"99X", "a b", "Ü"}, {"SCT", "7771000", "Left"}};
   scene.labels = {"abdomen", {{"Å \"b\"", 65535}, {"left", 1}}};
+  scene.measurements = {{16, MeasurementKind::Angle, {{0.1, 1.0 / 3, -2e-300}, {4, 5, 6}, {1e7, 0, 1}}, "Cobb \"Å\""},
+                        {15, MeasurementKind::Ellipse, {{1, 2, 3}, {1.1, 2, 3}, {1, 2, 1.0 / 7}}, "ellipse 1"}};
   scene.steps = 123;
   return scene;
 }

@@ -58,6 +58,12 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
     EXPECT_EQ(a.box.origin_mm, b.box.origin_mm);
     EXPECT_EQ(a.box.direction, b.box.direction);
   }
+  ASSERT_EQ(after.measurements.size(), before.measurements.size());
+  for (std::size_t m = 0; m < before.measurements.size(); ++m) {
+    Measurement expected = before.measurements[m];
+    expected.id = after.measurements[m].id;
+    EXPECT_EQ(after.measurements[m], expected);
+  }
   // Saving the scene again gives the same text.
   write_scene(folder_ / "again.json", after);
   std::string first = text_of(folder_ / "Übung.json"), second = text_of(folder_ / "again.json");

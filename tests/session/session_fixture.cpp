@@ -62,6 +62,7 @@ SessionState state_of(const Session& session) { return {session.scene()}; }
   if (!std::equal(x.points.begin(), x.points.end(), y.points.begin(), y.points.end(),
                   [](const UserPoint& p, const UserPoint& q) { return same_values(p, q); }))
     return differs("the points");
+  if (x.measurements != y.measurements) return differs("the measurements");
   if (std::memcmp(&x.simulation, &y.simulation, sizeof x.simulation) != 0)
     return differs("the simulation's parameters");
   return ::testing::AssertionSuccess();

@@ -13,8 +13,13 @@ TEST(SessionUndo, EveryCommandIsUndoneAndRedone) {
   const ItemId ball = session->scene().meshes[0].id;
   const ItemId point = session->apply(AddPoint{ball, {0, 0, 18}});
   const ItemId inside = session->apply(AddPoint{ball, {1, 0, 2}, MarkKind::Inside, 2});
+  const ItemId ruler = session->apply(AddMeasurement{MeasurementKind::Ruler, {{0, 0, 0}, {3, 4, 0}}, ""});
   session->advance_steps(12);
   const std::vector<Command> commands{
+      AddMeasurement{MeasurementKind::Ellipse, {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}}, "liver"},
+      MoveMeasurement{ruler, {{1, 1, 0}, {3, 4, 0}}},
+      RenameMeasurement{ruler, "width"},
+      DeleteMeasurement{ruler},
       AddMesh{"other", {{3, 3, 3}, 8}, {}, 0},
       EditMesh{ball, "renamed", {}, false, 9},
       SetForceParameter{ball, ForceId::Smoothing, 0, 0.125f},

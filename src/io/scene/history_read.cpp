@@ -115,6 +115,9 @@ class HistoryReader {
         UserPoint& paint = scene.points.at(pair.at(0).get<std::size_t>());
         paint.voxels = painted_voxels(pair.at(1)), paint.brush = {PaintBrush::Shape::Voxels};
       }
+    const json measurements = saved.value("measurements", json::array());  // absent without measurements
+    expect(measurements.size() == scene.measurements.size(), "a scene in it has a different number of measurements");
+    for (std::size_t k = 0; k < scene.measurements.size(); ++k) scene.measurements[k].id = id_of(measurements[k]);
     check_scene(scene, volume_);
     std::set<std::size_t> used;
     std::vector<Arrays> arrays;

@@ -70,12 +70,14 @@ std::pair<std::size_t, std::size_t> nearest_steps(const UndoHistory& history, st
   return {undone, redone};
 }
 
-/// Maps ids to those that the scene gets when it is read again: its meshes and points in order, then all other ids.
+/// Maps ids to those that the scene gets when it is read again: its meshes, points and measurements in order, then all
+/// other ids.
 class IdMap {
  public:
   explicit IdMap(const Scene& present) {
     for (const MeshItem& item : present.meshes) (*this)(item.id);
     for (const UserPoint& point : present.points) (*this)(point.id);
+    for (const Measurement& measurement : present.measurements) (*this)(measurement.id);
   }
   ItemId operator()(ItemId id) {
     if (id == 0) return 0;
@@ -88,6 +90,7 @@ class IdMap {
         [this](auto& c) {
           if constexpr (requires { c.mesh; }) c.mesh = (*this)(c.mesh);
           if constexpr (requires { c.point; }) c.point = (*this)(c.point);
+          if constexpr (requires { c.measurement; }) c.measurement = (*this)(c.measurement);
           if constexpr (requires { c.like; }) c.like = (*this)(c.like);
           if constexpr (requires { c.other; }) c.other = (*this)(c.other);
         },
@@ -173,6 +176,7 @@ json entry_json(const UndoHistory::Entry& entry, const fs::path& scene_file, IdM
   for (std::size_t m = 0; m < scene.meshes.size(); ++m)
     saved["meshes"].push_back(mesh_json(scene.meshes[m], entry.scene.arrays()[m], ids, blocks));
   for (const UserPoint& point : scene.points) saved["points"].push_back(ids(point.id));
+  for (const Measurement& measurement : scene.measurements) saved["measurements"].push_back(ids(measurement.id));
   return saved;
 }
 

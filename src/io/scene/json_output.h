@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "forces/parameters.h"
+#include "image/measurement.h"
 #include "image/paint_stroke.h"
 #include "io/platform/files.h"
 #include "io/scene/parameter_text.h"
@@ -74,6 +75,14 @@ Json paint_json(const auto& point) {
   if (point.edit != VoxelEdit::None) json["edit"] = info_of(point.edit).name;
   if constexpr (requires { point.voxels; })
     if (point.voxels) json["voxels"] = voxels_json<Json>(*point.voxels);
+  return json;
+}
+
+/// JSON object of a measurement, without its id.
+template <class Json>
+Json measurement_json(MeasurementKind kind, const std::vector<Eigen::Vector3d>& points_mm, const std::string& name) {
+  Json json = {{"kind", name_of(kind)}, {"points_mm", path_json<Json>(points_mm)}};
+  if (!name.empty()) json["name"] = name;
   return json;
 }
 

@@ -22,6 +22,7 @@ void load_voxels(LoadedInput& input) {
   input.volume = std::move(loaded.volume);
   input.patient = std::move(loaded.patient);
   input.series = std::move(loaded.series);
+  input.intensity_unit = std::move(loaded.intensity_unit);
   input.warnings = std::move(loaded.warnings);
   input.is_dicom = loaded.is_dicom;
   input.low_is_bright = loaded.low_is_bright;

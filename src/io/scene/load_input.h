@@ -20,6 +20,7 @@ struct LoadedInput {
   Volume volume;                      ///< empty if the scene has none
   std::filesystem::path volume_path;  ///< file of the volume; empty if the scene has none
   std::string patient, series;        ///< DICOM patient name, else patient ID; series description; empty if missing
+  std::string intensity_unit;         ///< unit of the voxels, "HU" for CT in DICOM; empty if unknown
   References references;
   UndoHistory history;                ///< empty unless LoadOptions::history is Read
   std::vector<std::string> warnings;  ///< one line each, for the user

@@ -181,6 +181,36 @@ void read_keys(const JsonInput& in, ResizePoint& c) {
   c = {read_id(in["point"]), read_radius(in["radius_mm"]), in.has("continues") && in["continues"].boolean()};
 }
 
+Json keys_json(const AddMeasurement& c) { return measurement_json<Json>(c.kind, c.points_mm, c.name); }
+void read_keys(const JsonInput& in, AddMeasurement& c) {
+  expect_keys(in, {"kind", "points_mm", "name"});
+  c.kind = read_measurement_kind(in["kind"]);
+  c.points_mm = read_path(in["points_mm"]);
+  if (in.has("name")) c.name = in["name"].text_or_empty();
+}
+
+Json keys_json(const MoveMeasurement& c) {
+  Json json = {{"measurement", c.measurement}, {"points_mm", path_json<Json>(c.points_mm)}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void read_keys(const JsonInput& in, MoveMeasurement& c) {
+  expect_keys(in, {"measurement", "points_mm", "continues"});
+  c = {read_id(in["measurement"]), read_path(in["points_mm"]), in.has("continues") && in["continues"].boolean()};
+}
+
+Json keys_json(const RenameMeasurement& c) { return {{"measurement", c.measurement}, {"name", c.name}}; }
+void read_keys(const JsonInput& in, RenameMeasurement& c) {
+  expect_keys(in, {"measurement", "name"});
+  c = {read_id(in["measurement"]), in["name"].text()};
+}
+
+Json keys_json(const DeleteMeasurement& c) { return {{"measurement", c.measurement}}; }
+void read_keys(const JsonInput& in, DeleteMeasurement& c) {
+  expect_keys(in, {"measurement"});
+  c.measurement = read_id(in["measurement"]);
+}
+
 Json keys_json(const SetReference& c) {
   Json json = {{"mesh", c.mesh}};
   if (c.reference) json["labels"] = c.reference->labels;
@@ -279,7 +309,11 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "start_field_comparison",
                                          "commit_field_comparison",
                                          "edit_voxels",
-                                         "choose_label_preset"};
+                                         "choose_label_preset",
+                                         "add_measurement",
+                                         "move_measurement",
+                                         "rename_measurement",
+                                         "delete_measurement"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

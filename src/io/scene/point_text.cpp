@@ -94,4 +94,11 @@ std::shared_ptr<const PaintVoxels> read_paint(const JsonInput& input, PaintBrush
   return nullptr;
 }
 
+MeasurementKind read_measurement_kind(const JsonInput& input) {
+  const std::string name = input.text();
+  const std::optional<MeasurementKind> kind = find_measurement_kind(name);
+  if (!kind) input.fail("the kind of measurement " + unknown_name(name, {"ruler", "angle", "ellipse"}), "correct it");
+  return *kind;
+}
+
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds and radii of points in scene files and logs.
+// Kinds and radii of points, and kinds of measurements, in scene files and logs.
 #pragma once
 #include <memory>
 #include <optional>
@@ -28,5 +28,6 @@ std::shared_ptr<const PaintVoxels> read_paint(const JsonInput& input, PaintBrush
 VoxelEdit read_voxel_edit(const JsonInput& input);
 /// Reads a set of painted voxels (voxels_json()).
 std::shared_ptr<const PaintVoxels> read_voxels(const JsonInput& input);
+MeasurementKind read_measurement_kind(const JsonInput& input);
 
 }  // namespace simplexseg

@@ -114,6 +114,14 @@ UserPoint read_point(const JsonInput& input, const Scene& scene) {
   return point;
 }
 
+Measurement read_measurement(const JsonInput& input) {
+  input.expect_keys({"name", "kind", "points_mm"});
+  Measurement measurement{0, read_measurement_kind(input["kind"]), read_path(input["points_mm"]), input["name"].text()};
+  if (const std::optional<std::string> defect = defect_of(measurement.kind, measurement.points_mm))
+    input["points_mm"].fail(*defect, "correct it");
+  return measurement;
+}
+
 // ---- writing ----
 
 /// Path relative to `folder` if the file is in it, so that the folder can be moved; else absolute. A relative path of a
@@ -200,7 +208,7 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     input.fail("it is not a scene: the key 'simplexseg_scene' is missing", "choose a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
   input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "simulation", "forces",
-                     "meshes", "points", "steps", "view", "labels"});
+                     "meshes", "points", "measurements", "steps", "view", "labels"});
   Scene scene;
   scene.simulation = default_simulation_parameters();
   if (input.has("volume")) scene.volume_path = absolute_if_found(input["volume"].text(), folder);
@@ -230,6 +238,11 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     scene.labels = read_labels(input["labels"]);
     if (is_preset_file(scene.labels.preset)) scene.labels.preset = absolute_if_found(scene.labels.preset, folder);
   }
+  const int measurement_count = input.has("measurements") ? input["measurements"].size() : 0;
+  for (int m = 0; m < measurement_count; ++m) {
+    scene.measurements.push_back(read_measurement(input["measurements"][m]));
+    scene.measurements.back().id = static_cast<ItemId>(mesh_count + point_count + m + 1);
+  }
   if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
   return scene;
 }
@@ -252,6 +265,8 @@ std::string scene_text(const fs::path& path, const Scene& scene, const std::vect
   }
   json["points"] = Json::array();
   for (const UserPoint& point : scene.points) json["points"].push_back(point_json(point, scene));
+  for (const Measurement& m : scene.measurements)
+    json["measurements"].push_back(measurement_json<Json>(m.kind, m.points_mm, m.name));
   json["steps"] = scene.steps;
   if (scene.view) json["view"] = view_json(*scene.view);
   LabelNumbers labels = scene.labels;

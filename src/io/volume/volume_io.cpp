@@ -185,6 +185,7 @@ LoadedVolume load_volume(const VolumeSource& source, const fs::path& path, std::
     const DicomTexts texts = read_dicom_texts(source.dicom.front().file);
     loaded.patient = texts.patient.empty() ? texts.patient_id : texts.patient;
     loaded.series = texts.series;
+    if (texts.modality == "CT") loaded.intensity_unit = "HU";
   }
   loaded.warnings = info.warnings;
   if (source.voxel_warnings && !segment)

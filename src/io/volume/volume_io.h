@@ -24,6 +24,7 @@ struct LoadedVolume {
   bool is_dicom = false;       ///< read from a DICOM image, so DICOM output can refer to it
   std::vector<SegmentName> segments;
   std::string patient, series;        ///< DICOM patient name, else patient ID; series description; empty if missing
+  std::string intensity_unit;         ///< "HU" for CT in DICOM; empty if unknown
   std::vector<std::string> warnings;  ///< warnings of VolumeInfo and about voxel values, one line each
 };
 
