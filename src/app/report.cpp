@@ -58,6 +58,10 @@ Json mesh_json(const MeshReport& mesh) {
                {"vertices", mesh.vertices},
                {"volume_mm3", mesh.measures.volume_mm3},
                {"area_mm2", mesh.measures.area_mm2}};
+  if (mesh.axes) {
+    json["long_axis_mm"] = mesh.axes->long_mm(), json["short_axis_mm"] = mesh.axes->short_mm();
+    json["axes_slice"] = mesh.axes->slice;
+  }
   for (const Metric& metric : metric_list()) {
     if (mesh.agreement) json[metric.key] = metric.value(*mesh.agreement);
   }
@@ -68,6 +72,19 @@ Json mesh_json(const MeshReport& mesh) {
     if (!mesh.field->problem.empty()) json["problem"] = mesh.field->problem;
   }
   if (!mesh.trace.empty()) json["trace"] = trace_json(mesh.trace);
+  return json;
+}
+
+Json measurement_values_json(const Measurement& measurement, const MeasurementValues& values) {
+  Json json = measurement_json<Json>(measurement.kind, measurement.points_mm, measurement.name);
+  if (values.length_mm) json["length_mm"] = *values.length_mm;
+  if (values.angle_degrees) json["angle_degrees"] = *values.angle_degrees;
+  if (values.area_mm2) json["area_mm2"] = *values.area_mm2;
+  if (values.intensities) {
+    json["mean"] = values.intensities->mean, json["deviation"] = values.intensities->deviation;
+    json["minimum"] = values.intensities->minimum, json["maximum"] = values.intensities->maximum;
+    json["voxels"] = values.intensities->voxels;
+  }
   return json;
 }
 
@@ -85,12 +102,19 @@ void describe_engine(RunReport& report, const Engine& engine, int threads) {
   report.threads = report.backend != "cpu" ? 0 : threads > 0 ? threads : all;
 }
 
-MeshReport report_of(const MeshItem& item, const std::vector<PaintStroke>& paint, const std::optional<Mask>& reference,
-                     const MeshTrace* trace) {
-  MeshReport report{item.name, item.mesh.vertex_count(), measure(item.mesh), {}, {}, item.field};
-  if (reference) report.agreement = compare_masks(*reference, object_mask(item.mesh, paint, reference->geometry));
+MeshReport report_of(const MeshItem& item, const Scene& scene, const VolumeGeometry& geometry,
+                     const std::optional<Mask>& reference, const MeshTrace* trace) {
+  MeshReport report{item.name, item.mesh.vertex_count(), measure(item.mesh), object_axes(item.mesh, geometry), {}, {},
+                    item.field};
+  if (reference)
+    report.agreement = compare_masks(*reference, object_mask(item.mesh, paint_of(scene, item.id), reference->geometry));
   if (trace) report.trace = trace->samples;
   return report;
+}
+
+void add_measurements(RunReport& report, const Scene& scene, const Volume& volume) {
+  for (const Measurement& measurement : scene.measurements)
+    report.measurements.emplace_back(measurement, values_of(measurement, volume));
 }
 
 std::string write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
@@ -121,6 +145,9 @@ std::string write_report(const std::filesystem::path& path, const RunReport& rep
   }
   json["meshes"] = Json::array();
   for (const MeshReport& mesh : report.meshes) json["meshes"].push_back(mesh_json(mesh));
+  for (const auto& [measurement, values] : report.measurements)
+    json["measurements"].push_back(measurement_values_json(measurement, values));
+  if (!report.measurements.empty() && !report.intensity_unit.empty()) json["intensity_unit"] = report.intensity_unit;
   json["parameters"] = parameters_json(scene);
   std::string replaced, text;
   try {
@@ -146,11 +173,12 @@ void print_report(std::ostream& out, const RunReport& report) {
       << fixed_or_dash(report.step_us(), 0) << " us per step, " << (report.at_rest ? "settled, " : "") << report.device
       << "\n";
   const bool compared = is_compared(report);
-  std::vector<std::vector<std::string>> rows{{"mesh", "vertices", "volume ml", "area cm2"}};
+  std::vector<std::vector<std::string>> rows{{"mesh", "vertices", "volume ml", "area cm2", "long mm", "short mm"}};
   if (compared) rows[0].insert(rows[0].end(), {"Dice", "HD mm", "HD95 mm", "ASSD mm", "surface Dice"});
   for (const MeshReport& mesh : report.meshes) {
     rows.push_back({one_line(mesh.name), std::to_string(mesh.vertices), readable(mesh.measures.volume_mm3 / 1000, 2),
-                    readable(mesh.measures.area_mm2 / 100, 2)});
+                    readable(mesh.measures.area_mm2 / 100, 2), mesh.axes ? readable(mesh.axes->long_mm(), 2) : "-",
+                    mesh.axes ? readable(mesh.axes->short_mm(), 2) : "-"});
     if (!mesh.agreement) continue;
     const Agreement& a = mesh.agreement->voxels;
     rows.back().insert(rows.back().end(),
@@ -158,6 +186,13 @@ void print_report(std::ostream& out, const RunReport& report) {
                         fixed_or_dash(mesh.agreement->surfaces.surface_dice, 4)});
   }
   if (rows.size() > 1) print_table(out, rows, 1);
+  std::vector<std::vector<std::string>> measured{{"measurement", "value"}};
+  for (const auto& [measurement, values] : report.measurements) {
+    std::string text;
+    for (const std::string& line : lines_of(values, report.intensity_unit)) text += (text.empty() ? "" : ", ") + line;
+    measured.push_back({one_line(measurement.name), text});
+  }
+  if (measured.size() > 1) print_table(out, measured, 2);
   if (compared)
     out << "HD, HD95, ASSD: distances between the centres of boundary voxels; surface Dice: by area, tolerance "
         << fixed_or_dash(kDefaultToleranceMm, 0) << " mm\n";

@@ -68,6 +68,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_run(program, action);
   add_segment(program, action);
   add_mesh(program, action);
+  add_measure(program, action);
   add_compare(program, action);
   add_phantom(program, action);
   add_plan(program, action);

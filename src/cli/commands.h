@@ -16,6 +16,7 @@ void add_info(const Subcommand& app, Action& action);
 void add_run(const Subcommand& app, Action& action);
 void add_segment(const Subcommand& app, Action& action);
 void add_mesh(const Subcommand& app, Action& action);
+void add_measure(const Subcommand& app, Action& action);
 void add_compare(const Subcommand& app, Action& action);
 void add_phantom(const Subcommand& app, Action& action);
 void add_plan(const Subcommand& app, Action& action);

@@ -18,7 +18,6 @@
 #include "io/scene/scene_io.h"
 #include "io/source/volume_source.h"
 #include "io/volume/volume_io.h"
-#include "session/paint.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -127,6 +126,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   report.scene_path = input.scene;
   report.warnings = loaded.warnings;
   report.volume_path = loaded.volume_path.string();
+  report.intensity_unit = loaded.intensity_unit;
   report.geometry = loaded.volume.geometry();
   if (!loaded.volume.empty()) report.voxel_type = to_string(loaded.volume.type());
   describe_engine(report, *choice.engine, threads);
@@ -163,10 +163,11 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
     {
       const Progress progress(console, "measuring");
       for (const MeshItem& item : session.scene().meshes) {
-        report.meshes.push_back(
-            report_of(item, paint_of(session.scene(), item.id), references.mask_for(item), clock.trace().of(item.id)));
+        report.meshes.push_back(report_of(item, session.scene(), session.volume().geometry(), references.mask_for(item),
+                                          clock.trace().of(item.id)));
         Interrupt::check();
       }
+      add_measurements(report, session.scene(), session.volume());
     }
     const Progress progress(console, "writing");
     write_outputs(options, session, report, loaded.low_is_bright, console);

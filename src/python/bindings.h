@@ -16,6 +16,8 @@ void bind_metrics(py::module_& module);
 void bind_parameters(py::module_& module);
 /// Binds the meshes and points of a session; call bind_mesh() and bind_volume() first.
 void bind_items(py::module_& module);
+/// Binds the measurements of a session.
+void bind_measurements(py::module_& module);
 void bind_session(py::module_& module);
 
 }  // namespace simplexseg::python

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handles to meshes and points of a session. They keep the session alive and raise Error after the item is deleted.
+// Handles to meshes, points and measurements of a session. They keep the session alive and raise Error after the item
+// is deleted.
 #pragma once
 #include <memory>
 
@@ -7,7 +8,7 @@
 
 namespace simplexseg::python {
 
-/// Base of simplexseg.SceneMesh and simplexseg.ScenePoint.
+/// Base of simplexseg.SceneMesh, simplexseg.ScenePoint and simplexseg.SceneMeasurement.
 struct SceneItem {
   std::shared_ptr<SessionOwner> session;
   ItemId id;
@@ -15,11 +16,17 @@ struct SceneItem {
 };
 struct SceneMesh : SceneItem {};
 struct ScenePoint : SceneItem {};
+struct SceneMeasurement : SceneItem {};
 
 /// Returns the meshes of the scene.
 std::vector<SceneMesh> meshes_of(const std::shared_ptr<SessionOwner>& session);
 /// Returns the points of one mesh, or of the scene if `mesh` is 0.
 std::vector<ScenePoint> points_of(const std::shared_ptr<SessionOwner>& session, ItemId mesh = 0);
+/// Returns the measurements of the scene.
+std::vector<SceneMeasurement> measurements_of(const std::shared_ptr<SessionOwner>& session);
+/// Adds a measurement. `kind`: "ruler", "angle" or "ellipse". Throws Error for invalid points.
+SceneMeasurement add_measurement(const std::shared_ptr<SessionOwner>& session, const std::string& kind,
+                                 const std::vector<pybind11::object>& points, const std::string& name);
 
 /// Applies a command. Returns the id of the added item, or 0.
 ItemId apply(SessionOwner& session, const Command& command);

@@ -4,10 +4,12 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include "image/label_surface.h"
+#include "image/object_axes.h"
 #include "image/rasterise.h"
 #include "io/labels/label_mesh.h"
 #include "io/mesh/mesh_io.h"
@@ -94,6 +96,22 @@ Surface mesh_of_labels(const Image& labels, std::optional<double> label, int par
   return Surface(mesh_of_mask(choose_label(labels.volume, {label, part, {}}, "labels").mask, vertices));
 }
 
+std::optional<py::dict> axes_of(const Surface& surface, const Image& like) {
+  const std::optional<ObjectAxes> axes = [&] {
+    const WithoutGil released;
+    return object_axes(*surface.mesh, like.volume.geometry());
+  }();
+  if (!axes) return std::nullopt;
+  const auto ends_of = [](const std::array<Eigen::Vector3d, 2>& ends) {
+    return py::make_tuple(tuple_of(ends[0]), tuple_of(ends[1]));
+  };
+  py::dict dict;
+  dict["long_mm"] = axes->long_mm(), dict["short_mm"] = axes->short_mm();
+  dict["long_ends"] = ends_of(axes->long_ends_mm), dict["short_ends"] = ends_of(axes->short_ends_mm);
+  dict["slice"] = axes->slice;
+  return dict;
+}
+
 Image rasterised(const Surface& surface, const Image& like) {
   const Mask mask = rasterise(*surface.mesh, like.volume.geometry());
   Volume volume(mask.geometry, VoxelType::UInt8);
@@ -151,6 +169,12 @@ void bind_mesh(py::module_& module) {
            "Returns the fraction (float32, 0..1) of each voxel inside the mesh, on the grid of a volume: "
            "partial-volume\n"
            "labels.")
+      .def("axes", &axes_of, py::arg("like"),
+           "Returns long and short axis of the object as RECIST 1.1 defines them, as a dict, or None if no slice cuts "
+           "the\n"
+           "mesh: long_mm, the longest diameter in any axial slice of a volume; short_mm, the longest diameter "
+           "perpendicular\n"
+           "to it in that slice; long_ends, short_ends: their ends, mm, LPS; slice: its number, from 1, the lowest.")
       .def_property_readonly("volume_mm3", measures(&SurfaceMeasures::volume_mm3), "Enclosed volume.")
       .def_property_readonly("area_mm2", measures(&SurfaceMeasures::area_mm2), "Area of the surface.")
       .def_property_readonly("mean_edge_mm", measures(&SurfaceMeasures::mean_edge_mm), "Mean length of the edges.")

@@ -16,6 +16,7 @@ PYBIND11_MODULE(_core, module) {
   bind_metrics(module);
   bind_parameters(module);
   bind_items(module);
+  bind_measurements(module);
   bind_session(module);
   module.def("why_no_cuda", &simplexseg::cuda_unavailable_reason,
              "Returns the reason why CUDA is not available; \"\" if a device can be used.");

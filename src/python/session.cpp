@@ -10,6 +10,7 @@
 
 #include "app/simulate.h"
 #include "io/mesh/mesh_io.h"
+#include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
 #include "io/scene/label_preset.h"
 #include "io/scene/log_io.h"
@@ -24,6 +25,7 @@
 #include "python/items.h"
 #include "python/parameters.h"
 #include "session/label_map.h"
+#include "session/measurement_csv.h"
 
 namespace simplexseg::python {
 namespace {
@@ -194,6 +196,14 @@ void save_log(SessionOwner& owner, const fs::path& path) {
   });
 }
 
+void save_measurements(SessionOwner& owner, const fs::path& path) {
+  owner.use([&](const Session& session) {
+    AtomicFile file(path);
+    write_bytes(file, measurement_csv(session.scene(), session.volume()));
+    file.commit();
+  });
+}
+
 template <class Command>
 bool undo_or_redo(SessionOwner& owner, bool (Session::*possible)() const) {
   return owner.use([&](Session& session) {
@@ -241,6 +251,12 @@ void bind_scene(SessionClass& session) {
           "Label preset, a name of label_presets() or a file: a mesh with a name of the preset has the label of that "
           "name.\n"
           "\"\": none.")
+      .def_property_readonly(
+          "measurements", [](const Owner& owner) { return measurements_of(owner); }, "Rulers, angles and ellipses.")
+      .def("add_measurement", &add_measurement, py::arg("kind"), py::arg("points"), py::kw_only(), py::arg("name") = "",
+           "Adds a measurement and returns it. kind: ruler, angle or ellipse; points: mm, LPS, see "
+           "SceneMeasurement.points;\n"
+           "name: \"\" for the first free \"ruler N\". Raises Error for points that are not of this kind.")
       .def("mesh", &mesh_named, py::arg("name"), "Returns the mesh with this name. Raises Error if there is none.")
       .def("add_mesh", &add_sphere, py::arg("name") = "", py::kw_only(), py::arg("centre"), py::arg("radius"),
            py::arg("like") = py::none(),
@@ -314,6 +330,8 @@ void bind_results(SessionClass& session) {
            "Writes a report (JSON) of the runs and meshes, with their agreement with the references of the scene.")
       .def("save_picture", &SessionOwner::save_picture, py::arg("path"),
            "Writes a picture (.png, .ppm) of three slices with the outlines of the meshes.")
+      .def("save_measurements", &save_measurements, py::arg("path"),
+           "Writes a table (CSV) of the measurements, and of volume, long and short axis of each mesh.")
       .def("save_log", &save_log, py::arg("path"),
            "Writes the log of commands and steps, for `simplexseg-cli run SCENE --replay`.");
 }

@@ -53,6 +53,7 @@ SessionOwner::SessionOwner(std::string scene_path, LoadedInput input, Image imag
   report_.note = choice.note;
   report_.scene_path = std::move(scene_path);
   report_.volume_path = image_.path.string();
+  report_.intensity_unit = input.intensity_unit;
   report_.geometry = image_.volume.geometry();
   if (!image_.volume.empty()) report_.voxel_type = to_string(image_.volume.type());
   session_ = std::make_unique<Session>(std::move(choice.engine), std::move(choice.make_fallback), threads);
@@ -136,7 +137,9 @@ void SessionOwner::save_report(const std::filesystem::path& path) {
     RunReport report = report_;
     report.bytes_allocated = session.engine().bytes_allocated();
     for (const MeshItem& item : session.scene().meshes)
-      report.meshes.push_back(report_of(item, paint_of(session.scene(), item.id), references_.mask_for(item), nullptr));
+      report.meshes.push_back(
+          report_of(item, session.scene(), session.volume().geometry(), references_.mask_for(item), nullptr));
+    add_measurements(report, session.scene(), session.volume());
     write_report(path, report, session.scene());
   });
 }

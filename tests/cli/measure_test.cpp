@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Measurements of a scene in the table of `measure` and in reports.
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "cli_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class Measure : public Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    make_scene();
+    nlohmann::json scene = scene_json();
+    scene["measurements"] = {{{"name", "width, \"a\""}, {"kind", "ruler"}, {"points_mm", {{0, 0, 0}, {3, 4, 0}}}},
+                             {{"name", "disc"}, {"kind", "ellipse"}, {"points_mm", {{0, 0, 0}, {8, 0, 0}, {0, 6, 0}}}}};
+    write_scene("scene.json", scene);
+  }
+};
+
+TEST_F(Measure, WritesATableOfMeasurementsAndMeshes) {
+  const Outcome printed = succeed({"measure", path("scene.json")});
+  EXPECT_EQ(printed.out.find("name,kind,length_mm,"), 0u) << printed.out;
+  EXPECT_NE(printed.out.find("\n\"width, \"\"a\"\"\",ruler,5,"), std::string::npos) << printed.out;
+  EXPECT_NE(printed.out.find("\ndisc,ellipse,,,150.7964,"), std::string::npos) << printed.out;
+  EXPECT_NE(printed.out.find("\nball,segmentation,"), std::string::npos) << printed.out;
+  EXPECT_EQ(std::count(printed.out.begin(), printed.out.end(), '\n'), 4);
+  const Outcome written = succeed({"measure", path("scene.json"), path("table.csv")});
+  EXPECT_EQ(written.out, "");
+  EXPECT_EQ(text_of("table.csv"), printed.out);
+}
+
+TEST_F(Measure, RefusesOutputsThatCannotBeWritten) {
+  for (const std::string& output : {path("scene.json"), path("missing/table.csv")}) {
+    const Outcome outcome = call({"measure", path("scene.json"), output});
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+TEST_F(Measure, AReportHasMeasurementsAndAxes) {
+  const Outcome run =
+      succeed({"run", path("scene.json"), "--steps", "200", "--report", path("report.json"), "--save", path("b.json")});
+  const nlohmann::json report = json_of("report.json");
+  ASSERT_EQ(report["measurements"].size(), 2u);
+  EXPECT_EQ(report["measurements"][0]["kind"], "ruler");
+  EXPECT_EQ(report["measurements"][0]["length_mm"], 5);
+  EXPECT_GT(report["measurements"][1]["voxels"], 20);
+  EXPECT_GT(report["measurements"][1]["mean"], 0);
+  const nlohmann::json& mesh = report["meshes"][0];
+  EXPECT_GE(mesh["long_axis_mm"].get<double>(), mesh["short_axis_mm"].get<double>());
+  // The object is a ball with a radius of 0.3 of the width.
+  EXPECT_NEAR(mesh["long_axis_mm"].get<double>(), 2 * 0.3 * 48, 2.5);
+  EXPECT_NEAR(mesh["axes_slice"].get<double>(), 12.5, 2);
+  EXPECT_NE(run.out.find("long mm"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("5.00 mm"), std::string::npos) << run.out;
+  // The saved scene has the same measurements.
+  EXPECT_EQ(json_of("b.json")["measurements"], json_of("scene.json")["measurements"]);
+}
+
+}  // namespace
+}  // namespace simplexseg
