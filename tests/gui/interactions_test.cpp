@@ -29,6 +29,7 @@ class InteractionsTest : public WindowTest {
   void SetUp() override {
     WindowTest::SetUp();
     if (IsSkipped()) return;
+    window_->resize(1280, 800);
     Scene scene;
     scene.simulation = default_simulation_parameters();
     bench().open(std::move(scene), make_phantom("sphere", {}).image);
@@ -53,11 +54,13 @@ class InteractionsTest : public WindowTest {
                                       {"delete mesh", Act::DeleteMesh},
                                       {"three dimensions", Act::Brush3d},
                                       {"lasso", Act::Lasso},
-                                      {"smart", Act::SmartBrush}};
+                                      {"smart", Act::SmartBrush},
+                                      {"delete", Act::DeletePoint}};
     const std::map<QString, Act> tools{
         {"seed", Act::ToolSeed},     {"point", Act::ToolPoint},     {"crosshair", Act::ToolCrosshair},
         {"inside", Act::ToolInside}, {"outside", Act::ToolOutside}, {"box", Act::ToolBox},
-        {"brush", Act::ToolBrush},   {"eraser", Act::ToolEraser},   {"freeze", Act::ToolFreeze}};
+        {"brush", Act::ToolBrush},   {"eraser", Act::ToolEraser},   {"ruler", Act::ToolRuler},
+        {"angle", Act::ToolAngle},   {"ellipse", Act::ToolEllipse}, {"freeze", Act::ToolFreeze}};
     if (event.contains("steps")) {
       bench().advance_steps(event["steps"].toInt());
     } else if (event.contains("tool")) {
@@ -68,11 +71,19 @@ class InteractionsTest : public WindowTest {
       window_->findChild<QMenu*>("voxel_menu")->findChild<QAction*>(event["edit"].toString())->trigger();
     } else if (event.contains("key")) {
       const QString key = event["key"].toString();
-      QKeyEvent press(QEvent::KeyPress, key[0].unicode(), Qt::NoModifier);
+      const int code = key == "Escape" ? static_cast<int>(Qt::Key_Escape) : key[0].unicode();
+      QKeyEvent press(QEvent::KeyPress, code, Qt::NoModifier);
       QApplication::sendEvent(&view_of(event), &press);
     } else if (event.contains("move")) {
       SliceView& view = view_of(event);
       mouse(view, QEvent::MouseMove, pixel_of(view, event["move"]), Qt::NoButton, Qt::NoButton);
+    } else if (event.contains("wheel")) {
+      wheel(view_of(event), pixel_of(view_of(event), QJsonArray{0, 0}), event["wheel"].toInt());
+    } else if (event.contains("click")) {
+      SliceView& view = view_of(event);
+      const QPointF at = pixel_of(view, event["click"]);
+      mouse(view, QEvent::MouseMove, at, Qt::NoButton, Qt::NoButton);
+      drag(view, at, at);
     } else if (event.contains("drag")) {
       SliceView& view = view_of(event);
       std::vector<QPointF> path;
@@ -103,8 +114,16 @@ class InteractionsTest : public WindowTest {
       if (label > 0) counts[QString::number(label)] = count;
     QJsonArray kinds;
     for (const UserPoint& point : scene().points) kinds << static_cast<int>(point.kind);
+    QJsonArray measurements;
+    for (const Measurement& measurement : scene().measurements) {
+      QStringList lines{QString::fromStdString(measurement.name)};
+      for (const std::string& line : lines_of(values_of(measurement, bench().session().volume()), ""))
+        lines << QString::fromStdString(line);
+      measurements << lines.join(", ");
+    }
     const UndoHistory& history = bench().session().history();
     return {{"meshes", meshes},
+            {"measurements", measurements},
             {"labels", counts},
             {"points", kinds},
             {"undo", static_cast<int>(history.undo_names().size())},
@@ -115,6 +134,7 @@ class InteractionsTest : public WindowTest {
 /// Compares outcomes with tolerances for rounding, which differs between compilers and processors.
 void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
   for (const char* exact : {"points", "undo", "redo"}) EXPECT_EQ(got[exact], expected[exact]) << exact;
+  EXPECT_EQ(got["measurements"].toArray(), expected["measurements"].toArray());
   const QJsonArray meshes = got["meshes"].toArray(), recorded = expected["meshes"].toArray();
   ASSERT_EQ(meshes.size(), recorded.size());
   for (int m = 0; m < meshes.size(); ++m) {
@@ -130,6 +150,16 @@ void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
   EXPECT_EQ(labels.keys(), recorded_labels.keys());
   for (const QString& label : recorded_labels.keys())
     EXPECT_NEAR(labels[label].toInt(), recorded_labels[label].toInt(), 0.015 * recorded_labels[label].toInt());
+}
+
+/// Undoes and redoes all actions, and compares the measurements of each state, bit for bit.
+void expect_same_measurements_after_undo(Workbench& bench) {
+  std::vector<std::vector<Measurement>> states{bench.scene().measurements};
+  while (bench.session().can_undo()) bench.apply(Undo{}), states.push_back(bench.scene().measurements);
+  for (auto state = states.rbegin(); state != states.rend(); ++state) {
+    EXPECT_EQ(bench.scene().measurements, *state);
+    bench.apply(Redo{});
+  }
 }
 
 TEST_F(InteractionsTest, RecordedInteractionsHaveTheSameOutcome) {
@@ -165,6 +195,7 @@ TEST_F(InteractionsTest, RecordedInteractionsHaveTheSameOutcome) {
     }
     ASSERT_FALSE(expected.isEmpty()) << "nothing was recorded";
     expect_similar(outcome(), expected);
+    if (!expected["measurements"].toArray().isEmpty()) expect_same_measurements_after_undo(bench());
   }
 }
 

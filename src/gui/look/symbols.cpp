@@ -135,6 +135,19 @@ void draw(QPainter& painter, Symbol symbol) {
     case Symbol::Freeze:
       snowflake(painter);
       return;
+    case Symbol::Ruler:
+      painter.drawPolygon(QPolygonF({{2.5, 13.5}, {13.5, 2.5}, {17.5, 6.5}, {6.5, 17.5}}));
+      for (const double at : {2.75, 5.5, 8.25})
+        painter.drawLine(QPointF(2.5 + at, 13.5 - at), QPointF(4.3 + at, 15.3 - at));
+      return;
+    case Symbol::Angle:
+      painter.drawPolyline(QPolygonF({{15.5, 3.5}, {3, 16}, {17.5, 16}}));
+      painter.drawArc(QRectF(-5, 8, 16, 16), 0, 45 * 16);
+      return;
+    case Symbol::Ellipse:
+      painter.drawEllipse(QRectF(2.5, 5, 15, 10));
+      filled(painter, QPolygonF({{9.2, 9.2}, {10.8, 9.2}, {10.8, 10.8}, {9.2, 10.8}}));
+      return;
     case Symbol::Run:
       filled(painter, QPolygonF({{6, 4}, {16, 10}, {6, 16}}));
       return;

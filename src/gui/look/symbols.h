@@ -7,7 +7,7 @@ namespace simplexseg {
 
 // clang-format off
 enum class Symbol {
-  Open, Folder, Crosshair, ZoomPan, Seed, Box, Boundary, Inside, Outside, Brush, Eraser, Freeze, Run, Pause, Step, Reset, Undo, Redo, WindowLevel,
+  Open, Folder, Crosshair, ZoomPan, Seed, Box, Boundary, Inside, Outside, Brush, Eraser, Freeze, Ruler, Angle, Ellipse, Run, Pause, Step, Reset, Undo, Redo, WindowLevel,
   AutoContrast, Fit, Shown, Hidden, Locked, Unlocked, Menu
 };
 // clang-format on

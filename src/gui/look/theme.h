@@ -15,6 +15,7 @@ inline const QColor kSliceBackground{11, 12, 14};
 inline const QColor kSpaceBackground{27, 30, 35};
 inline const QColor kAccent{64, 140, 214};
 inline const QColor kSelected{255, 221, 87};
+inline const QColor kMeasurement{115, 222, 255};
 // Bluish green and vermilion: distinguishable by the colour-blind (Okabe and Ito, Color universal design, 2008).
 inline const QColor kInside{0, 158, 115};
 inline const QColor kOutside{213, 94, 0};

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 
 #include "gui/look/slice_geometry.h"
 #include "gui/look/surface_values.h"
+#include "image/object_axes.h"
 #include "session/scene.h"
 
 namespace simplexseg {
 
-enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser, Box, Freeze };
+enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser, Box, Freeze, Ruler, Angle, Ellipse };
 inline bool paints(Tool tool) { return tool == Tool::Brush || tool == Tool::Eraser || tool == Tool::Freeze; }
+inline bool measures(Tool tool) { return tool == Tool::Ruler || tool == Tool::Angle || tool == Tool::Ellipse; }
 
 /// State of the display, shared by all views. It is neither saved nor part of undo.
 struct ViewState {
@@ -35,6 +38,12 @@ struct ViewState {
   ItemId active_mesh = 0;                               ///< 0: none
   ItemId selected_point = 0;
   ItemId hovered_point = 0;  ///< point under the mouse; 0: none
+  bool show_axes = false;    ///< long and short axis of the visible meshes in the slices
+  std::shared_ptr<const std::map<ItemId, ObjectAxes>> object_axes;  ///< axes, as measured last; null: not measured
+  ItemId hovered_measurement = 0;
+  ItemId last_measurement = 0;  ///< measurement that was selected last
+  /// Selected measurement; 0: none, also while a point is selected.
+  ItemId selected_measurement() const { return selected_point ? 0 : last_measurement; }
 };
 
 }  // namespace simplexseg

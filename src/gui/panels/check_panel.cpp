@@ -23,9 +23,11 @@
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "gui/panels/measurement_list.h"
 #include "gui/workbench/ask_and_save.h"
 #include "gui/workbench/mesh_checker.h"
 #include "gui/workbench/workbench.h"
+#include "image/measurement.h"
 #include "io/labels/label_mesh.h"
 #include "io/platform/atomic_file.h"
 #include "session/run_trace.h"
@@ -33,7 +35,7 @@
 namespace simplexseg {
 namespace {
 
-enum Row { kVolume, kArea, kMean, kDeviation, kReference, kDice, kHd95, kAssd, kRows };
+enum Row { kVolume, kArea, kLongAxis, kShortAxis, kMean, kDeviation, kReference, kDice, kHd95, kAssd, kRows };
 
 QString text_of_label(const Reference& reference) {
   const QString file = QFileInfo(QString::fromStdString(reference.labels)).fileName();
@@ -68,6 +70,8 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   const std::pair<QString, QString> rows[kRows] = {
       {tr("Volume"), tr("Volume inside the surface")},
       {tr("Area"), tr("Area of the surface")},
+      {tr("Long axis"), tr("Longest diameter in an axial slice (RECIST 1.1); click a cell to go to that slice")},
+      {tr("Short axis"), tr("Longest diameter perpendicular to the long axis, in the same slice (RECIST 1.1)")},
       {tr("Mean inside"), tr("Mean intensity of the voxels inside")},
       {tr("SD inside"), tr("Standard deviation of the intensities of the voxels inside")},
       {tr("Reference"), tr("Label with which the segmentation is compared; click a cell to choose one")},
@@ -98,6 +102,8 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   empty_->setWordWrap(true);
   set_role(empty_, "dim");
   column->addWidget(empty_);
+
+  column->addWidget(new MeasurementList(workbench_, this));
 
   auto* buttons = new QGridLayout;
   buttons->setSpacing(6);
@@ -133,6 +139,7 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
       choose_reference(meshes[static_cast<std::size_t>(mesh)].id);
     else
       workbench_.set_active_mesh(meshes[static_cast<std::size_t>(mesh)].id);
+    if (row == kLongAxis || row == kShortAxis) go_to_axes(meshes[static_cast<std::size_t>(mesh)].id);
   });
   actions.on(Act::WorstFit, [this] { checker_->go_to_worst(); });
   connect(checker_, &MeshChecker::checked, this, &CheckPanel::refresh);
@@ -150,6 +157,10 @@ void CheckPanel::fill_column(int column, const MeshItem& item) {
   if (check) {
     texts[kVolume] = text(volume_text(1000 * check->volume_ml));
     texts[kArea] = area_text(check->area_cm2);
+    if (check->axes) {
+      texts[kLongAxis] = text(measured_length_text(check->axes->long_mm()));
+      texts[kShortAxis] = text(measured_length_text(check->axes->short_mm()));
+    }
     if (check->inside) {
       texts[kMean] = QString::number(check->inside->mean, 'g', 5);
       texts[kDeviation] = QString::number(check->inside->deviation, 'g', 4);
@@ -167,12 +178,21 @@ void CheckPanel::fill_column(int column, const MeshItem& item) {
   for (int row = 0; row < kRows; ++row) {
     auto* cell = new QTableWidgetItem(texts[row]);
     cell->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
+    if ((row == kLongAxis || row == kShortAxis) && check && check->axes)
+      cell->setToolTip(tr("In axial slice %1. Click to go there.").arg(check->axes->slice));
     if (row == kReference) {
       cell->setToolTip(tr("%1. Click to choose a reference.").arg(texts[row]));
       cell->setForeground(theme::shades().accent);
     }
     table_->setItem(row, column, cell);
   }
+}
+
+void CheckPanel::go_to_axes(ItemId mesh) {
+  const MeshCheck* check = checker_->of(mesh);
+  if (!check || !check->axes) return;
+  workbench_.view.show_axes = true;
+  workbench_.set_crosshair((check->axes->long_ends_mm[0] + check->axes->long_ends_mm[1]) / 2);
 }
 
 void CheckPanel::refresh() {
@@ -217,7 +237,8 @@ void CheckPanel::choose_reference(ItemId mesh) {
 std::string CheckPanel::csv() const {
   std::ostringstream text;
   text.imbue(std::locale::classic());
-  text << "mesh,volume_ml,area_cm2,mean,deviation,reference,label,dice,hd95_mm,assd_mm\n";
+  text << "mesh,volume_ml,area_cm2,mean,deviation,reference,label,dice,hd95_mm,assd_mm,"
+          "long_axis_mm,short_axis_mm,slice\n";
   for (const MeshCheck& check : checker_->checks()) {
     text << csv_field(check.name) << ',' << check.volume_ml << ',' << check.area_cm2 << ',';
     if (check.inside) text << check.inside->mean << ',' << check.inside->deviation;
@@ -230,6 +251,9 @@ std::string CheckPanel::csv() const {
     } else {
       text << ",,,,";
     }
+    text << ',';
+    if (check.axes) text << check.axes->long_mm() << ',' << check.axes->short_mm() << ',' << check.axes->slice;
+    text << (check.axes ? "" : ",,");
     text << '\n';
   }
   return text.str();

@@ -25,7 +25,7 @@ class CheckPanel : public QWidget {
   void set_on_screen(bool on_screen);
   MeshChecker& checker() const { return *checker_; }
   /// CSV table with one line for each measured mesh: mesh, volume_ml, area_cm2, mean, deviation, reference, label,
-  /// dice, hd95_mm, assd_mm. A field without a value is empty.
+  /// dice, hd95_mm, assd_mm, long_axis_mm, short_axis_mm, slice. A field without a value is empty.
   std::string csv() const;
   /// Writes csv() to a file. Throws Error when the file cannot be written.
   void save_to(const QString& path) const;
@@ -34,6 +34,8 @@ class CheckPanel : public QWidget {
   void refresh();
   void fill_column(int column, const MeshItem& item);
   void choose_reference(ItemId mesh);
+  /// Moves the crosshair to the long axis of a mesh and shows the axes.
+  void go_to_axes(ItemId mesh);
   void choose_and_save();
 
   Workbench& workbench_;

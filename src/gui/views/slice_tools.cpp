@@ -2,17 +2,16 @@
 #include "gui/views/slice_tools.h"
 
 #include <QKeyEvent>
-#include <QMenu>
 #include <QMouseEvent>
 #include <QWheelEvent>
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <tuple>
 #include <utility>
 
 #include "gui/input/bindings.h"
 #include "gui/views/slice_hits.h"
+#include "gui/views/slice_menu.h"
 #include "gui/views/slice_view.h"
 #include "gui/workbench/workbench.h"
 
@@ -38,11 +37,16 @@ std::optional<MarkKind> kind_of(Tool tool) {
 }  // namespace
 
 SliceTools::SliceTools(Workbench& workbench, SliceView& view)
-    : workbench_(workbench), view_(view), point_wheel_(workbench), stroke_tool_(workbench) {}
+    : workbench_(workbench),
+      view_(view),
+      point_wheel_(workbench),
+      stroke_tool_(workbench),
+      measure_tool_(workbench, view) {}
 
 bool SliceTools::grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const {
   const ViewState& view = workbench_.view;
   if (view.tool != Tool::Crosshair || view.window_level_armed || point_in_slice(workbench_, view_, pixel)) return false;
+  if (measure_tool_.grabs_at(pixel)) return false;
   if (gesture(Where::Slices, Mouse::Left, modifiers) != Act::MoveCrosshair) return false;
   const auto pixel_of = [this](const Vec3& at) { return view_.pixel_of({at.x, at.y, at.z}); };
   const std::span<const OutlineSegment> outline = view_.active_outline();
@@ -60,6 +64,10 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
   const std::optional<Act> act = gesture(Where::Slices, Mouse::Left, modifiers);
   if (!act) return;
   const ItemId under = point_in_slice(workbench_, view_, pixel);
+  if (*act == Act::MoveCrosshair && (!under || measures(view.tool)) && measure_tool_.press(pixel)) {
+    drag_ = Drag::Measurement;
+    return;
+  }
   if (grabs_at(pixel, modifiers)) {
     drag_ = Drag::Grab;
     return;
@@ -221,6 +229,8 @@ void SliceTools::show_grab(bool grabs) {
 
 void SliceTools::hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
   show_grab(grabs_at(pixel, modifiers));
+  measure_tool_.move(pixel, false);
+  measure_tool_.hover(pixel);
   update_hovered_point();
   if (paints(workbench_.view.tool)) view_.update();
 }
@@ -284,6 +294,9 @@ void SliceTools::move(const QMouseEvent& event) {
     case Drag::Box:
       view_.update();
       break;
+    case Drag::Measurement:
+      measure_tool_.move(here, moved_);
+      break;
     case Drag::Zoom:
       if (moved_) view_.zoom_about(press_, std::exp(moved.y() * 0.01));
       break;
@@ -305,6 +318,7 @@ void SliceTools::release(const QMouseEvent& event) {
   if (ended == Drag::Box) finish_box();
   drag_ = Drag::None;
   if (ended == Drag::Seed) finish_seed();
+  if (ended == Drag::Measurement) measure_tool_.release(event.position(), moved_);
   if (ended == Drag::Stroke) stroke_tool_.finish();
   if (ended == Drag::Grab) workbench_.set_crosshair(view_.world_of(press_));
   if (ended == Drag::WindowLevel) {
@@ -312,7 +326,9 @@ void SliceTools::release(const QMouseEvent& event) {
     workbench_.view_edited();
   }
   if (ended == Drag::Zoom && !moved_ && gesture(Where::Slices, Mouse::RightClick, {}) == Act::ContextMenu) {
-    show_menu(event.position(), event.globalPosition().toPoint());
+    const Eigen::Vector3d world = view_.world_of(event.position());
+    show_slice_menu(workbench_, view_, measure_tool_, event.position(), event.globalPosition().toPoint(),
+                    [=, this](MarkKind kind) { add_point(world, kind); });
   }
   if (moved_) before_click_mm_.reset();
   view_.update();
@@ -322,7 +338,7 @@ bool SliceTools::double_click(const QMouseEvent& event) {
   // With tools that place points or seeds, a double click acts as two clicks.
   const ViewState& view = workbench_.view;
   const bool plain = event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) &&
-                     !paints(view.tool) && view.tool != Tool::Seed && view.tool != Tool::Box;
+                     !paints(view.tool) && view.tool != Tool::Seed && view.tool != Tool::Box && !measures(view.tool);
   if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) {
     // Undoes the crosshair movement of the first click.
     if (const auto before = std::exchange(before_click_mm_, std::nullopt)) workbench_.set_crosshair(*before);
@@ -358,7 +374,12 @@ void SliceTools::wheel(const QWheelEvent& event) {
   }
 }
 
+bool SliceTools::uses_key(const QKeyEvent& event) const {
+  return measure_tool_.draft() && key_in(Where::Everywhere, event) == Act::CancelSolving;
+}
+
 bool SliceTools::key(const QKeyEvent& event) {
+  if (uses_key(event)) return measure_tool_.cancel();
   const std::optional<Act> act = key_in(Where::Slices, event);
   if (!act || !workbench_.has_volume()) return false;
   const SliceAxes axes = view_.axes();
@@ -413,38 +434,10 @@ void SliceTools::leave() {
   mouse_.reset();
   if (paints(workbench_.view.tool)) view_.update();
   show_grab(false);
+  measure_tool_.hover(std::nullopt);
   if (!workbench_.view.hovered_point || drag_ != Drag::None) return;
   workbench_.view.hovered_point = 0;
   workbench_.view_edited();
-}
-
-void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
-  const Eigen::Vector3d world = view_.world_of(pixel);
-  const ItemId point = point_in_slice(workbench_, view_, pixel), mesh = mesh_in_slice(workbench_, view_, pixel);
-  QMenu menu(&view_);
-  menu.setToolTipsVisible(true);
-  if (point) {
-    menu.addAction(SliceView::tr("Delete this point"), [=, this] { workbench_.apply(DeletePoint{point}); });
-    menu.addSeparator();
-  }
-  const std::tuple<MarkKind, QString, Act> kinds[] = {
-      {MarkKind::Boundary, SliceView::tr("Boundary point here: the surface passes here"), Act::AddPoint},
-      {MarkKind::Inside, SliceView::tr("Inside point here: belongs to the structure"), Act::AddInside},
-      {MarkKind::Outside, SliceView::tr("Outside point here: does not belong to the structure"), Act::AddOutside}};
-  for (const auto& [kind, text, act] : kinds) {
-    QAction* add = menu.addAction(text, [=, this, kind = kind] { add_point(world, kind); });
-    add->setShortcut(QKeySequence(QString::fromLatin1(binding_of(act).keys)));
-    if (!workbench_.active_mesh()) {
-      add->setEnabled(false);
-      add->setToolTip(SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
-    }
-  }
-  if (const MeshItem* item = workbench_.scene().find_mesh(mesh); item && mesh != workbench_.view.active_mesh) {
-    menu.addAction(SliceView::tr("Make '%1' active").arg(QString::fromStdString(item->name)),
-                   [=, this] { workbench_.set_active_mesh(mesh); });
-  }
-  menu.addAction(SliceView::tr("Crosshair here"), [=, this] { workbench_.set_crosshair(world); });
-  menu.exec(global);
 }
 
 }  // namespace simplexseg

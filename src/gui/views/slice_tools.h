@@ -3,13 +3,13 @@
 #include <QPointF>
 #include <optional>
 
+#include "gui/views/measure_tool.h"
 #include "gui/views/point_wheel.h"
 #include "gui/views/stroke_tool.h"
 #include "session/scene.h"
 
 class QKeyEvent;
 class QMouseEvent;
-class QPoint;
 class QWheelEvent;
 
 namespace simplexseg {
@@ -31,6 +31,10 @@ class SliceTools {
   void wheel(const QWheelEvent& event);
   /// Returns false if the key is not bound in slices, or if there is no volume.
   bool key(const QKeyEvent& event);
+  /// Discards the measurement that is being drawn if the tool or the slice has changed.
+  void discard_outdated_measurement() { measure_tool_.discard_outdated(); }
+  /// Returns true if the view uses a key although it is a menu entry's.
+  bool uses_key(const QKeyEvent& event) const;
   void leave();
   /// Updates the point under the mouse, after points were added or deleted.
   void update_hovered_point();
@@ -45,9 +49,11 @@ class SliceTools {
   std::optional<Eigen::Vector3d> brush_centre_mm() const;
   /// Stroke while the user draws it; otherwise none.
   const std::optional<UserPoint>& stroke() const { return stroke_tool_.stroke(); }
+  /// Measurement while the user draws it, which can have a defect; otherwise none.
+  std::optional<Measurement> measurement() const { return measure_tool_.draft(); }
 
  private:
-  enum class Drag { None, Crosshair, Grab, Point, Stroke, Zoom, Pan, WindowLevel, Seed, Box };
+  enum class Drag { None, Crosshair, Grab, Point, Stroke, Zoom, Pan, WindowLevel, Seed, Box, Measurement };
 
   /// Returns true if a drag would pull the active contour: crosshair tool, contour within 4 logical pixels, no point.
   bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
@@ -70,7 +76,6 @@ class SliceTools {
   void move_crosshair(const Eigen::Vector3d& direction, int voxels);
   void hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
   void show_grab(bool grabs);
-  void show_menu(const QPointF& pixel, const QPoint& global);
 
   Workbench& workbench_;
   SliceView& view_;
@@ -86,6 +91,7 @@ class SliceTools {
   bool grabs_ = false;
   PointWheel point_wheel_;
   StrokeTool stroke_tool_;
+  MeasureTool measure_tool_;
   double wheel_degrees_ = 0;  ///< rotation since the last whole notch, degrees
   std::optional<Seed> seed_;
 };

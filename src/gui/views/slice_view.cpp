@@ -17,6 +17,7 @@
 #include "gui/views/drawn_scene.h"
 #include "gui/views/paint_outline.h"
 #include "gui/views/point_wheel.h"
+#include "gui/views/slice_annotations.h"
 #include "gui/views/slice_hits.h"
 #include "gui/workbench/workbench.h"
 #include "session/paint.h"
@@ -32,6 +33,7 @@ SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orient
     : View(workbench, drawn, parent), orientation_(orientation), tools_(workbench, *this) {
   setObjectName(title_of(orientation));
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
+  connect(&workbench_, &Workbench::view_changed, this, [this] { tools_.discard_outdated_measurement(); });
   connect(&workbench_, &Workbench::scene_changed, this, [this] { tools_.update_hovered_point(); });
 }
 
@@ -138,6 +140,7 @@ void SliceView::create_painters() {
   outline_painter_.create();
   line_painter_.create();
   disc_painter_.create();
+  measurement_layer_.create();
 }
 
 void SliceView::destroy_painters() {
@@ -146,6 +149,7 @@ void SliceView::destroy_painters() {
   outline_painter_.destroy();
   line_painter_.destroy();
   disc_painter_.destroy();
+  measurement_layer_.destroy();
 }
 
 Projection SliceView::projection() const {
@@ -185,6 +189,7 @@ void SliceView::paint() {
   draw_points(projection);
   draw_seed(projection);
   draw_brush(projection);
+  measurement_layer_.draw(projection, workbench_, *this, tools_.measurement());
   if (view.show_annotations) draw_scale_bar(projection);
 }
 
@@ -290,20 +295,8 @@ void SliceView::draw_springs(const Projection& projection) {
   }
 }
 
-double SliceView::scale_bar_mm() const {
-  const double most_mm = 0.2 * width() * mm_per_pixel_, size = std::pow(10, std::floor(std::log10(most_mm)));
-  for (const double step : {5.0, 2.0})
-    if (step * size <= most_mm) return step * size;
-  return size;
-}
-
 void SliceView::draw_scale_bar(const Projection& projection) {
-  const double right = width() - 10, left = right - scale_bar_mm() / mm_per_pixel_, low = height() - 9, high = low - 5;
-  std::vector<Eigen::Vector3f> ends;
-  ends.reserve(6);
-  for (const QPointF& at : {QPointF(left, low), QPointF(right, low), QPointF(left, low), QPointF(left, high),
-                            QPointF(right, low), QPointF(right, high)})
-    ends.push_back(world_of(at).cast<float>());
+  const std::vector<Eigen::Vector3f> ends = scale_bar_lines(*this);
   const auto ratio = static_cast<float>(devicePixelRatio());
   line_painter_.draw(projection, ends, rgba_of(theme::kSliceBackground, 0.8f), 3.4f * ratio);
   line_painter_.draw(projection, ends, rgba_of(theme::kText), 1.4f * ratio);
@@ -339,23 +332,6 @@ void SliceView::draw_circle(const Projection& projection, const Eigen::Vector3d&
 
 QRectF SliceView::text_box() const { return QRectF(rect()).adjusted(7, 5, -7, -5); }
 
-QString SliceView::corner_text() const {
-  const char* names[] = {"x", "y", "z"};
-  const SliceNumber slice =
-      slice_number(workbench_.session().volume().geometry(), orientation_, workbench_.view.crosshair_mm);
-  const QString number = QString("%1  %2 / %3").arg(title_of(orientation_)).arg(slice.number).arg(slice.count);
-  QString all = QString("%1   %2 = %3 mm")
-                    .arg(number, names[axes().normal])
-                    .arg(slice_mm(), 0, 'f', position_decimals(workbench_.session().volume().geometry()));
-  // The text must not reach the letter of the patient's side at the middle of the upper edge.
-  const auto fits = [this](const QString& line) {
-    constexpr double kBold = 1.15;
-    return kBold * fontMetrics().horizontalAdvance(line) < width() / 2.0 - 16;
-  };
-  if (fits(all)) return all;
-  return fits(number) ? number : QString("%1 %2").arg(title_of(orientation_)).arg(slice.number);
-}
-
 void SliceView::annotate(std::vector<Label>& labels) const {
   const SliceAxes axes = this->axes();
   const QRectF box = text_box();
@@ -366,9 +342,11 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   letter(axes.right, Qt::AlignRight | Qt::AlignVCenter);
   letter(axes.up, Qt::AlignHCenter | Qt::AlignTop);
   letter(-axes.up, Qt::AlignHCenter | Qt::AlignBottom);
+  measurement_layer_.add_labels(labels);
   if (!workbench_.view.show_annotations) return;
-  labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, corner_text(), theme::slice_colour(orientation_)});
-  const double bar_mm = scale_bar_mm();
+  labels.push_back(
+      {box, Qt::AlignLeft | Qt::AlignTop, slice_title(workbench_, *this), theme::slice_colour(orientation_)});
+  const double bar_mm = scale_bar_mm(*this);
   labels.push_back({box.adjusted(0, 0, 0, -13), Qt::AlignRight | Qt::AlignBottom,
                     bar_mm >= 10 ? tr("%1 cm").arg(bar_mm / 10) : text(length_text(bar_mm)), theme::kText, false});
   add_names(labels, box.adjusted(0, fontMetrics().lineSpacing() + 2, 0, 0));
@@ -400,6 +378,12 @@ void SliceView::wheelEvent(QWheelEvent* event) {
   event->accept();
 }
 
+// A measurement that is being drawn is cancelled by the key of a menu entry.
+bool SliceView::event(QEvent* event) {
+  if (event->type() == QEvent::ShortcutOverride && tools_.uses_key(*static_cast<QKeyEvent*>(event))) event->accept();
+  return View::event(event);
+}
+
 void SliceView::keyPressEvent(QKeyEvent* event) {
   if (!tools_.key(*event)) View::keyPressEvent(event);
 }
@@ -413,7 +397,7 @@ void SliceView::update_cursor() {
   const ViewState& view = workbench_.view;
   if (view.window_level_armed) {
     setCursor(Qt::SizeAllCursor);
-  } else if (view.hovered_point) {
+  } else if (view.hovered_point || view.hovered_measurement) {
     setCursor(Qt::PointingHandCursor);
   } else if (view.tool == Tool::ZoomPan) {
     setCursor(Qt::OpenHandCursor);

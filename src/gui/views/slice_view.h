@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gui/look/slice_geometry.h"
+#include "gui/views/measurement_layer.h"
 #include "gui/views/paint_outline.h"
 #include "gui/views/slice_tools.h"
 #include "gui/views/view.h"
@@ -36,6 +37,7 @@ class SliceView : public View {
   /// Moves the crosshair by a number of slices along the normal.
   void move_by_slices(int slices);
 
+  Orientation orientation() const { return orientation_; }
   SliceAxes axes() const;
   /// World coordinate of the slice along its normal, mm.
   double slice_mm() const;
@@ -61,6 +63,7 @@ class SliceView : public View {
   void paint() override;
   void annotate(std::vector<Label>& labels) const override;
 
+  bool event(QEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;
@@ -87,9 +90,6 @@ class SliceView : public View {
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
                    float width);
   void draw_seed(const Projection& projection);
-  /// Length of the scale bar, mm: 1, 2 or 5 times a power of ten, at most a fifth of the width of the view.
-  double scale_bar_mm() const;
-  QString corner_text() const;
   QRectF text_box() const;
 
   const Orientation orientation_;
@@ -109,6 +109,7 @@ class SliceView : public View {
   OutlinePainter outline_painter_;
   LinePainter line_painter_;
   DiscPainter disc_painter_;
+  MeasurementLayer measurement_layer_;
 };
 
 }  // namespace simplexseg

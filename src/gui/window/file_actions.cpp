@@ -21,11 +21,13 @@
 #include "gui/window/series_dialog.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
+#include "io/platform/atomic_file.h"
 #include "io/platform/file_names.h"
 #include "io/platform/output_checks.h"
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
 #include "io/volume/volume_io.h"
+#include "session/measurement_csv.h"
 
 namespace simplexseg {
 namespace {
@@ -56,6 +58,7 @@ FileActions::FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& 
   actions.on(Act::SaveSceneAs, [this] { save_scene_as(); });
   actions.on(Act::SaveLabels, [this] { choose_and_save_labels(); });
   actions.on(Act::SaveMeshes, [this] { choose_and_save_meshes(); });
+  actions.on(Act::SaveMeasurements, [this] { choose_and_save_measurements(); });
   connect(&workbench_, &Workbench::scene_changed, this, &FileActions::enable_actions);
   connect(&job_, &BackgroundJob::started, this, &FileActions::enable_actions);
   connect(&job_, &BackgroundJob::succeeded, this, &FileActions::enable_actions);
@@ -70,9 +73,30 @@ void FileActions::enable_actions() {
   for (const Act act : {Act::Open, Act::OpenFolder}) set_enabled(actions_[act], !job_.busy(), why_busy);
   for (const Act act : {Act::SaveScene, Act::SaveSceneAs})
     set_enabled(actions_[act], volume, tr("There is nothing to save yet"));
+  const bool any = meshes || !workbench_.scene().measurements.empty();
+  set_enabled(actions_[Act::SaveMeasurements], any && !job_.busy(),
+              any ? why_busy : tr("There is no measurement or segmentation to save yet"));
   for (const Act act : {Act::SaveLabels, Act::SaveMeshes}) {
     set_enabled(actions_[act], meshes && !job_.busy(), meshes ? why_busy : tr("There is no segmentation to save yet"));
   }
+}
+
+void FileActions::choose_and_save_measurements() {
+  QString path = local_path(QFileDialog::getSaveFileUrl(
+      &window_, tr("Save the measurements"), url_of(suggested_path("-measurements", ".csv")), tr("Table (*.csv)")));
+  if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".csv";
+  if (!path.isEmpty()) save_measurements_to(path);
+}
+
+void FileActions::save_measurements_to(const QString& path) {
+  job_.start(
+      tr("Saving %1...").arg(QFileInfo(path).fileName()),
+      [scene = workbench_.session().scene(), volume = workbench_.session().volume(), place = to_path(path)] {
+        AtomicFile file(place);
+        write_bytes(file, measurement_csv(scene, volume));
+        file.commit();
+      },
+      [=, this] { workbench_.notify(Severity::Note, tr("Saved %1").arg(path)); });
 }
 
 void FileActions::open_all(const QStringList& paths) {
@@ -161,6 +185,7 @@ void FileActions::open_loaded(LoadedInput input, const std::filesystem::path& pa
   const QString series = QString::fromStdString(input.series);
   workbench_.set_title(QString::fromStdString(input.patient),
                        series.isEmpty() ? QFileInfo(text(input.volume_path)).fileName() : series);
+  workbench_.set_intensity_unit(input.intensity_unit);
   last_path_ = text(path);
   scene_path_ = path.extension() == ".json" ? text(path) : QString();
   if (!is_utf8(input.volume_path))

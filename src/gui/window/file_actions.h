@@ -52,6 +52,8 @@ class FileActions : public QObject {
   bool save_scene_as();
   bool save_scene_to(const QString& path);
   void save_labels_to(const QString& path);
+  /// Saves measurement_csv() of the scene in the background.
+  void save_measurements_to(const QString& path);
   void save_meshes_to(const QString& folder, const QString& extension = ".ply");
 
   /// Suggested path for a new file: in the last folder, named after volume and scene, followed by `what`, a number if
@@ -79,6 +81,7 @@ class FileActions : public QObject {
   void choose_and_open_folder();
   void choose_and_save_labels();
   void choose_and_save_meshes();
+  void choose_and_save_measurements();
 
   Workbench& workbench_;
   BackgroundJob& job_;

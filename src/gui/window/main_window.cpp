@@ -63,6 +63,32 @@ class WideExtensionStyle : public QProxyStyle {
   }
 };
 
+/// Adds one button for the tools that measure, which shows the tool chosen last, and returns their actions.
+QList<QAction*> add_measure_button(QToolBar& bar, ActionTable& actions) {
+  auto* button = new QToolButton(&bar);
+  button->setObjectName("measure");
+  auto* menu = new QMenu(button);
+  menu->setToolTipsVisible(true);
+  for (const auto& [act, symbol, text] : {std::tuple(Act::ToolRuler, Symbol::Ruler, MainWindow::tr("Ruler")),
+                                          {Act::ToolAngle, Symbol::Angle, MainWindow::tr("Angle")},
+                                          {Act::ToolEllipse, Symbol::Ellipse, MainWindow::tr("Ellipse")}}) {
+    QAction* tool = actions[act];
+    tool->setIcon(icon_of(symbol));
+    tool->setIconText(text);
+    menu->addAction(tool);
+    QObject::connect(tool, &QAction::toggled, button, [=](bool chosen) {
+      if (chosen) button->setDefaultAction(tool);
+    });
+  }
+  button->setDefaultAction(actions[Act::ToolRuler]);
+  button->setMenu(menu);
+  button->setPopupMode(QToolButton::MenuButtonPopup);
+  button->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
+  button->setIconSize(bar.iconSize());
+  bar.addWidget(button);
+  return menu->actions();
+}
+
 }  // namespace
 
 MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback)
@@ -154,7 +180,7 @@ void MainWindow::build_menus() {
   QMenu* file = fill(tr("&File"), {{Act::Open, Act::OpenFolder, Act::OpenReference},
                                    {Act::Archive, Act::SendBack},
                                    {Act::SaveScene, Act::SaveSceneAs},
-                                   {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
+                                   {Act::SaveLabels, Act::SaveMeshes, Act::SaveMeasurements, Act::Screenshot},
                                    {Act::Quit}});
   auto* recent = new QMenu(tr("Open rece&nt"), file);
   recent->setObjectName("recent_menu");
@@ -166,6 +192,7 @@ void MainWindow::build_menus() {
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze},
                       {Act::Brush3d, Act::Lasso, Act::SmartBrush},
+                      {Act::ToolRuler, Act::ToolAngle, Act::ToolEllipse},
                       {Act::WindowLevel}});
   QMenu* segmentation = fill(tr("Se&gmentation"),
                              {{Act::NameMesh},
@@ -177,11 +204,12 @@ void MainWindow::build_menus() {
   segmentation->insertMenu(segmentation->actions().at(1), new LabelPresetMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new VoxelMenu(*workbench_, segmentation));
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});
-  QMenu* const view = view_menu_ =
-      fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                         {Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d},
-                         {Act::LessOpaque, Act::MoreOpaque},
-                         {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
+  QMenu* const view = view_menu_ = fill(
+      tr("&View"),
+      {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
+       {Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::ShowAxes, Act::Annotations, Act::Names, Act::Slices3d},
+       {Act::LessOpaque, Act::MoreOpaque},
+       {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
   for (const ContrastPreset& preset : contrast_presets()) {
     QAction* entry = presets->addAction(tr(preset.title));
@@ -233,6 +261,7 @@ void MainWindow::build_toolbar() {
        {Act::ToolFreeze, Symbol::Freeze, tr("Freeze")}});
   auto* group = new QActionGroup(this);
   for (QAction* tool : bar->actions()) group->addAction(tool);
+  for (QAction* tool : add_measure_button(*bar, *actions_)) group->addAction(tool);
   bar->addSeparator();
   auto* run = new QToolButton(bar);
   run->setObjectName("run");

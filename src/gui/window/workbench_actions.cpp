@@ -25,7 +25,10 @@ constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}
                                            {Act::ToolBox, Tool::Box},
                                            {Act::ToolBrush, Tool::Brush},
                                            {Act::ToolEraser, Tool::Eraser},
-                                           {Act::ToolFreeze, Tool::Freeze}};
+                                           {Act::ToolFreeze, Tool::Freeze},
+                                           {Act::ToolRuler, Tool::Ruler},
+                                           {Act::ToolAngle, Tool::Angle},
+                                           {Act::ToolEllipse, Tool::Ellipse}};
 
 /// Sets a text such as "Undo add point", or "Undo" if `title` is empty.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
@@ -47,7 +50,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   // A key that is held must not toggle a mode or copy a mesh repeatedly.
   for (const Act act :
        {Act::WindowLevel, Act::Brush3d, Act::Lasso, Act::SmartBrush, Act::RunPause, Act::LockMesh, Act::DuplicateMesh,
-        Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
+        Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::ShowAxes, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
@@ -83,8 +86,13 @@ void WorkbenchActions::connect_editing() {
   });
   actions_.on(Act::DeletePoint, [this] {
     const ViewState& view = workbench_.view;
-    const ItemId point = view.hovered_point ? view.hovered_point : view.selected_point;
-    if (point) workbench_.apply(DeletePoint{point});
+    if (view.hovered_point)
+      workbench_.apply(DeletePoint{view.hovered_point});
+    else if (const ItemId measurement =
+                 view.hovered_measurement ? view.hovered_measurement : view.selected_measurement())
+      workbench_.apply(DeleteMeasurement{measurement});
+    else if (view.selected_point)
+      workbench_.apply(DeletePoint{view.selected_point});
   });
 }
 
@@ -124,6 +132,7 @@ void WorkbenchActions::connect_view() {
   connect_toggle(Act::ShowMeshes, &ViewState::show_meshes);
   connect_toggle(Act::ShowFill, &ViewState::show_fill);
   connect_toggle(Act::ShowField, &ViewState::show_field);
+  connect_toggle(Act::ShowAxes, &ViewState::show_axes);
   connect_toggle(Act::Annotations, &ViewState::show_annotations);
   connect_toggle(Act::Names, &ViewState::show_names);
   connect_toggle(Act::Slices3d, &ViewState::show_slices_3d);
@@ -195,14 +204,16 @@ void WorkbenchActions::refresh() {
   actions_[Act::LockMesh]->setChecked(locked);
   refresh_run();
   refresh_solving();
-  set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There are no points yet"));
+  set_enabled(actions_[Act::DeletePoint],
+              !workbench_.scene().points.empty() || !workbench_.scene().measurements.empty(),
+              tr("There are no points or measurements yet"));
   const QString no_volume = tr("Open a volume first");
-  for (const Act act :
-       {Act::ToolSeed, Act::ToolBox, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
+  for (const Act act : {Act::ToolRuler, Act::ToolAngle, Act::ToolEllipse, Act::ToolSeed, Act::ToolBox,
+                        Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
   for (const Act act : {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser,
-                        Act::ToolFreeze, Act::ShowField})
+                        Act::ToolFreeze, Act::ShowField, Act::ShowAxes})
     set_enabled(actions_[act], meshes, no_mesh);
 }
 
@@ -224,6 +235,7 @@ void WorkbenchActions::refresh_toggles() {
   set_enabled(actions_[Act::PointHere], workbench_.view.selected_point != 0, tr("No point is selected"));
   for (const auto& [act, tool] : kTools) actions_[act]->setChecked(workbench_.view.tool == tool);
   actions_[Act::WindowLevel]->setChecked(workbench_.view.window_level_armed);
+  actions_[Act::ShowAxes]->setChecked(workbench_.view.show_axes);
 }
 
 }  // namespace simplexseg

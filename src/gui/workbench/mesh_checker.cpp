@@ -73,7 +73,11 @@ MeshChecker::MeshChecker(Workbench& workbench, QObject* parent)
     checks_.clear();
     checked_revision_ = ~std::uint64_t{0};
     workbench_.view.surface_values.reset();
+    workbench_.view.object_axes.reset();
     emit checked();
+  });
+  connect(&workbench_, &Workbench::view_changed, this, [this] {
+    if (workbench_.view.show_axes) changed();
   });
   connect(job_, &BackgroundJob::failed, this, [this](const QString& why) {
     worst_requested_ = false;
@@ -85,13 +89,16 @@ bool MeshChecker::up_to_date() const {
   return checked_revision_ == workbench_.session().revision() && checked_colours_ == colours_;
 }
 
+bool MeshChecker::is_needed() const {
+  return watched_ || worst_requested_ || colours_ != Colours::Own || workbench_.view.show_axes;
+}
+
 void MeshChecker::changed() {
-  if ((watched_ || worst_requested_ || colours_ != Colours::Own) && !pause_.isActive() && !job_->busy()) check_if_due();
+  if (is_needed() && !pause_.isActive() && !job_->busy()) check_if_due();
 }
 
 void MeshChecker::check_if_due() {
-  const bool needed = watched_ || worst_requested_ || colours_ != Colours::Own;
-  if (!needed || job_->busy() || pause_.isActive() || !workbench_.has_volume() || up_to_date()) return;
+  if (!is_needed() || job_->busy() || pause_.isActive() || !workbench_.has_volume() || up_to_date()) return;
   begin();
 }
 
@@ -145,6 +152,7 @@ void MeshChecker::begin() {
           const SurfaceMeasures measures = measure(item.mesh);
           check.volume_ml = measures.volume_mm3 / 1000;
           check.area_cm2 = measures.area_mm2 / 100;
+          check.axes = object_axes(item.mesh, volume.geometry());
           const Mask mask = object_mask(item.mesh, paint.at(item.id), volume.geometry());
           check.inside = intensities_in(volume, mask);
           std::vector<float> distances;
@@ -176,6 +184,11 @@ void MeshChecker::store(const Result& result) {
   checks_ = result.checks;
   maps_ = result.maps;
   checked_revision_ = running_revision_;
+  auto axes = std::make_shared<std::map<ItemId, ObjectAxes>>();
+  for (const MeshCheck& check : checks_)
+    if (check.axes) axes->emplace(check.mesh, *check.axes);
+  workbench_.view.object_axes = std::move(axes);
+  if (workbench_.view.show_axes) workbench_.view_edited();
   show_colours(result);
   emit checked();
   if (worst_requested_) show_worst();

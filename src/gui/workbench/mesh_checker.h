@@ -11,6 +11,7 @@
 
 #include "gui/look/surface_values.h"
 #include "image/metrics.h"
+#include "image/object_axes.h"
 #include "image/surface_error.h"
 #include "image/surface_fit.h"
 #include "session/scene.h"
@@ -25,6 +26,7 @@ struct MeshCheck {
   ItemId mesh = 0;
   std::string name;
   double volume_ml = 0, area_cm2 = 0;
+  std::optional<ObjectAxes> axes;      ///< long and short axis; none if no slice cuts the mesh
   std::optional<Intensities> inside;   ///< none if the mesh contains no voxel centre
   std::optional<Agreement> agreement;  ///< none without a reference
   /// Places farthest from the reference; from the image edges without a reference or with Colours::Image.
@@ -66,6 +68,8 @@ class MeshChecker : public QObject {
   void show_colours(const Result& result);
   void show_worst();
   bool up_to_date() const;
+  /// Whether results are shown or requested.
+  bool is_needed() const;
 
   Workbench& workbench_;
   BackgroundJob* job_;

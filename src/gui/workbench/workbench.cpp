@@ -96,7 +96,7 @@ void Workbench::open(Scene scene, Volume volume, References references, UndoHist
   mark_saved();
   const std::vector<MeshItem>& meshes = this->scene().meshes;
   view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
-  view.selected_point = view.hovered_point = 0;
+  view.selected_point = view.hovered_point = view.last_measurement = view.hovered_measurement = 0;
   if (has_volume()) {
     const VolumeGeometry& geometry = idle_session().volume().geometry();
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
@@ -140,6 +140,11 @@ void Workbench::set_title(const QString& patient, const QString& series) {
   emit view_changed();
 }
 
+void Workbench::set_intensity_unit(const std::string& unit) {
+  intensity_unit_ = unit;
+  emit view_changed();
+}
+
 void Workbench::add_reference(const std::string& path, Volume labels, std::shared_ptr<const LabelFile> file) {
   references_.add(path, std::move(labels), std::move(file));
   emit references_changed();
@@ -159,6 +164,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   const bool adds_mesh = std::holds_alternative<AddMesh>(command) || std::holds_alternative<DuplicateMesh>(command);
   if (id != 0 && adds_mesh) view.active_mesh = id;
   if (id != 0 && std::holds_alternative<AddPoint>(command)) view.selected_point = id;
+  if (id != 0 && std::holds_alternative<AddMeasurement>(command)) view.last_measurement = id, view.selected_point = 0;
   forget_missing_items();
   failed_ = false;
   const bool places = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddMesh>(command);
@@ -167,8 +173,9 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (places && !running_ && !paused_by_user_) set_running(true);
   if (std::holds_alternative<ResetPose>(command)) emit restarted();
   const auto* move = std::get_if<MovePoint>(&command);
-  if (move) emit point_moved();
-  if (move && move->continues) {
+  const auto* move_measurement = std::get_if<MoveMeasurement>(&command);
+  if (move || move_measurement) emit point_moved();
+  if ((move && move->continues) || (move_measurement && move_measurement->continues)) {
     // A drag sends commands in every frame; panels would slow it down and are updated when it pauses.
     drag_pause_.start();
   } else {
@@ -209,6 +216,8 @@ void Workbench::forget_missing_items() {
   if (!scene().find_mesh(view.active_mesh)) view.active_mesh = scene().meshes.empty() ? 0 : scene().meshes.front().id;
   if (!scene().find_point(view.selected_point)) view.selected_point = 0;
   if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
+  if (!scene().find_measurement(view.last_measurement)) view.last_measurement = 0;
+  if (!scene().find_measurement(view.hovered_measurement)) view.hovered_measurement = 0;
 }
 
 void Workbench::update_solving() {

@@ -47,6 +47,9 @@ class Workbench : public QObject {
   void open(Scene scene, Volume volume, References references = {}, UndoHistory history = UndoHistory());
   /// Sets the names of patient and series for the views; each may be empty.
   void set_title(const QString& patient, const QString& series);
+  /// Unit of the intensities of the volume; "" if unknown.
+  const std::string& intensity_unit() const { return intensity_unit_; }
+  void set_intensity_unit(const std::string& unit);
   QString patient_name() const { return patient_; }
   QString series_name() const { return series_; }
   /// Performs a user action; an Error becomes a message, and the result is false. A new point or mesh starts the
@@ -114,7 +117,7 @@ class Workbench : public QObject {
   void mesh_placed();                              ///< the user placed the seed or box of the active mesh
   void restarted();                                ///< a scene was opened, or meshes were reset
   void references_changed();
-  void point_moved();  ///< scene_changed follows when the drag ends or pauses
+  void point_moved();  ///< a point or measurement; scene_changed follows when the drag ends or pauses
   void view_changed();
   void volume_changed();
   void running_changed();
@@ -148,6 +151,7 @@ class Workbench : public QObject {
   QThreadPool side_thread_;
   References references_;
   QString patient_, series_;
+  std::string intensity_unit_;
   RepeatedWarning cuts_, warnings_;
   std::set<std::string> warned_;  ///< warnings since the user's last action
   QString shown_warning_;         ///< last message of warnings_, until it is withdrawn
