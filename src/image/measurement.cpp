@@ -170,7 +170,12 @@ std::vector<std::string> lines_of(const MeasurementValues& values, const std::st
   }
   if (const auto& found = values.intensities) {
     const std::string with_unit = unit.empty() ? "" : " " + unit;
-    lines.push_back(general_text(found->mean, 4) + " \u00b1 " + general_text(found->deviation, 3) + with_unit);
+    const double scale = std::max(std::abs(found->mean), found->deviation);
+    const auto number = [scale](double value) {
+      constexpr double kLargest = 1e6;  // a longer number would be hard to read
+      return scale >= 1 && scale < kLargest ? fixed_text(value, scale < 10 ? 2 : 1) : general_text(value, 4);
+    };
+    lines.push_back(number(found->mean) + " \u00b1 " + number(found->deviation) + with_unit);
     lines.push_back(general_text(found->minimum, 4) + " to " + general_text(found->maximum, 4) + with_unit);
     lines.push_back(counted(static_cast<std::int64_t>(found->voxels), "voxel"));
   } else if (values.area_mm2) {

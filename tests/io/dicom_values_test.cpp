@@ -34,6 +34,7 @@ TEST_F(DicomValues, InvertedImagesKeepTheirValues) {
   EXPECT_EQ(loaded.volume.value(0, 0, 0), 700);
   EXPECT_EQ(loaded.volume.value(1, 0, 0), 202);
   EXPECT_TRUE(loaded.low_is_bright);
+  EXPECT_EQ(loaded.intensity_unit, "");
   EXPECT_EQ(std::count_if(loaded.warnings.begin(), loaded.warnings.end(),
                           [](const std::string& w) { return w.find("MONOCHROME1") == 0; }),
             1);
@@ -63,6 +64,7 @@ TEST_F(DicomValues, Shifted16BitValuesAreKeptIn16BitsWhereTheyFit) {
       EXPECT_EQ(volume.value(1, 0, k), k == 1 ? odd - 1024 : 32767);
     }
   }
+  EXPECT_EQ(load_volume(folder / "ct").intensity_unit, "HU");
 }
 
 std::string dose(const std::vector<double>& offsets, const std::vector<double>& axes = {1, 0, 0, 0, 1, 0}) {

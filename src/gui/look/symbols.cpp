@@ -145,8 +145,11 @@ void draw(QPainter& painter, Symbol symbol) {
       painter.drawArc(QRectF(-5, 8, 16, 16), 0, 45 * 16);
       return;
     case Symbol::Ellipse:
-      painter.drawEllipse(QRectF(2.5, 5, 15, 10));
-      filled(painter, QPolygonF({{9.2, 9.2}, {10.8, 9.2}, {10.8, 10.8}, {9.2, 10.8}}));
+      painter.translate(10, 10);
+      painter.rotate(-35);
+      painter.drawEllipse(QRectF(-8, -5, 16, 10));
+      for (const double end : {-8.0, 8.0})
+        filled(painter, QPolygonF({{end - 1, -1}, {end + 1, -1}, {end + 1, 1}, {end - 1, 1}}));
       return;
     case Symbol::Run:
       filled(painter, QPolygonF({{6, 4}, {16, 10}, {6, 16}}));

@@ -2,6 +2,7 @@
 #include "gui/views/measurement_layer.h"
 
 #include <QFontMetricsF>
+#include <QPolygonF>
 #include <algorithm>
 #include <span>
 
@@ -20,6 +21,12 @@ std::vector<QPointF> pixels_of(const SliceView& view, std::span<const Eigen::Vec
   std::vector<QPointF> pixels;
   for (const Eigen::Vector3d& position : positions_mm) pixels.push_back(view.pixel_of(position));
   return pixels;
+}
+
+QRectF box_around(const std::vector<QPointF>& pixels) {
+  const QRectF box = QPolygonF(QList<QPointF>(pixels.begin(), pixels.end())).boundingRect();
+  constexpr double kLine = 3;
+  return box.adjusted(-kLine, -kLine, kLine, kLine);
 }
 
 /// Size of a text of the view, logical pixels.
@@ -64,6 +71,10 @@ void MeasurementLayer::draw(const Projection& projection, const Workbench& workb
   labels_.clear();
   if (const void* voxels = workbench.session().volume().data(); voxels != voxels_) values_.clear(), voxels_ = voxels;
   std::erase_if(values_, [&](const auto& one) { return one.first && !workbench.scene().find_measurement(one.first); });
+  shapes_.clear();
+  for (const Measurement& measurement : workbench.scene().measurements)
+    if (lies_in_slice(workbench, view, measurement.points_mm))
+      shapes_.emplace_back(measurement.id, box_around(pixels_of(view, handles_of(measurement))));
   draw_axes(projection, workbench, view);
   for (const Measurement& measurement : workbench.scene().measurements)
     if (lies_in_slice(workbench, view, measurement.points_mm))
@@ -109,7 +120,7 @@ void MeasurementLayer::draw_measurement(const Projection& projection, const Work
   const QSizeF size = label_size(view, text);
   std::vector<QRectF> places = places_beside(handles, size);
   if (measurement.kind == MeasurementKind::Angle) places.insert(places.begin(), place_at_vertex(handles, size));
-  place_label(view, places, text, colour);
+  place_label(view, measurement.id, places, text, colour);
 }
 
 void MeasurementLayer::draw_axes(const Projection& projection, const Workbench& workbench, const SliceView& view) {
@@ -128,18 +139,24 @@ void MeasurementLayer::draw_axes(const Projection& projection, const Workbench& 
     const QString label =
         QString("%1 \u00d7 %2")
             .arg(text(measured_length_text(axes.long_mm())), text(measured_length_text(axes.short_mm())));
-    place_label(view, places_beside(pixels_of(view, axes.long_ends_mm), label_size(view, label)), label, colour);
+    place_label(view, mesh, places_beside(pixels_of(view, axes.long_ends_mm), label_size(view, label)), label, colour);
   }
 }
 
-void MeasurementLayer::place_label(const SliceView& view, const std::vector<QRectF>& places, const QString& text,
-                                   const QColor& colour) {
+void MeasurementLayer::place_label(const SliceView& view, ItemId item, const std::vector<QRectF>& places,
+                                   const QString& text, const QColor& colour) {
   const QRectF inner = QRectF(view.rect()).adjusted(kMargin, kMargin, -kMargin, -kMargin);
-  const auto is_free = [&](const QRectF& place) {
+  const auto is_readable = [&](const QRectF& place) {
     return inner.contains(place) &&
            std::ranges::none_of(labels_, [&](const Label& other) { return other.box.intersects(place); });
   };
-  const auto found = std::ranges::find_if(places, is_free);
+  const auto is_free = [&](const QRectF& place) {
+    return is_readable(place) && std::ranges::none_of(shapes_, [&](const auto& other) {
+             return other.first != item && other.second.intersects(place);
+           });
+  };
+  auto found = std::ranges::find_if(places, is_free);
+  if (found == places.end()) found = std::ranges::find_if(places, is_readable);
   QRectF box = found != places.end() ? *found : places.front();
   box.moveLeft(std::clamp(box.left(), inner.left(), std::max(inner.left(), inner.right() - box.width())));
   box.moveTop(std::clamp(box.top(), inner.top(), std::max(inner.top(), inner.bottom() - box.height())));

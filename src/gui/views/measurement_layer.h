@@ -32,14 +32,17 @@ class MeasurementLayer {
   void draw_measurement(const Projection& projection, const Workbench& workbench, const SliceView& view,
                         const Measurement& measurement);
   void draw_axes(const Projection& projection, const Workbench& workbench, const SliceView& view);
-  /// Adds a text at the first of several places that is within the view and free of other texts, else at the first.
-  void place_label(const SliceView& view, const std::vector<QRectF>& places, const QString& text, const QColor& colour);
+  /// Adds a text of an item at the first of several places that is within the view and free of other texts and items;
+  /// else free of texts; else at the first.
+  void place_label(const SliceView& view, ItemId item, const std::vector<QRectF>& places, const QString& text,
+                   const QColor& colour);
   const MeasurementValues& values_of_cached(const Workbench& workbench, const Measurement& measurement);
 
   LinePainter lines_;
   DiscPainter discs_;
   std::vector<Label> labels_;
-  const void* voxels_ = nullptr;  ///< voxels from which `values_` was computed
+  std::vector<std::pair<ItemId, QRectF>> shapes_;  ///< boxes around the measurements in the slice, logical pixels
+  const void* voxels_ = nullptr;                   ///< voxels from which `values_` was computed
   std::map<ItemId, std::pair<Measurement, MeasurementValues>> values_;
 };
 

@@ -85,6 +85,8 @@ QList<QAction*> add_measure_button(QToolBar& bar, ActionTable& actions) {
   button->setPopupMode(QToolButton::MenuButtonPopup);
   button->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
   button->setIconSize(bar.iconSize());
+  constexpr int kArrow = 40;  // the arrow, and margins on both sides
+  button->setMinimumWidth(button->fontMetrics().horizontalAdvance(MainWindow::tr("Ellipse")) + kArrow);
   bar.addWidget(button);
   return menu->actions();
 }
