@@ -21,7 +21,7 @@ struct MeasureOptions {
   std::string scene, output;
 };
 
-void measure_scene(const MeasureOptions& options, const Console& console) {
+void write_measurements(const MeasureOptions& options, const Console& console) {
   if (!options.output.empty()) OutputChecks({options.scene}).require_file(options.output);
   std::string table;
   std::vector<std::string> warnings;
@@ -56,7 +56,7 @@ void add_measure(const Subcommand& app, Action& action) {
   sub.add_option("SCENE", options->scene, "Scene file").required();
   sub.add_option("TABLE", options->output, "Output file (.csv); default: standard output").not_empty();
   sub.callback(
-      [options, &action] { action = [options](const Console& console) { measure_scene(*options, console); }; });
+      [options, &action] { action = [options](const Console& console) { write_measurements(*options, console); }; });
 }
 
 }  // namespace simplexseg

@@ -15,7 +15,7 @@ namespace simplexseg {
 namespace {
 
 constexpr std::array<const char*, 3> kKindNames = {"ruler", "angle", "ellipse"};  // in the order of MeasurementKind
-constexpr double kRounding = 1e-9;  // relative tolerance of the tests of voxel centres
+constexpr double kCentreTolerance = 1e-9;  // relative tolerance of the tests of voxel centres
 
 /// Angle between two vectors, 0 to pi; accurate for small angles too.
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -41,9 +41,9 @@ struct IndexEllipse {
   bool contains(const Eigen::Vector3d& index) const {
     const Eigen::Vector3d offset = index - centre;
     const double height = across.dot(offset);
-    if (!(height > -1 + kRounding && height <= 1 + kRounding)) return false;
+    if (!(height > -1 + kCentreTolerance && height <= 1 + kCentreTolerance)) return false;
     const double u = along_a.dot(offset), v = along_b.dot(offset);
-    return u * u + v * v <= 1 + kRounding;
+    return u * u + v * v <= 1 + kCentreTolerance;
   }
 
   Eigen::Vector3d centre, reach;     ///< half extents of the box around the voxels

@@ -30,7 +30,7 @@ bool is_default_name(const std::string& name) {
 
 std::string free_name(const Scene& scene, MeasurementKind kind) {
   for (int number = 1;; ++number) {
-    const std::string name = std::string(name_of(kind)) + " " + std::to_string(number);
+    std::string name = std::string(name_of(kind)) + " " + std::to_string(number);
     if (std::ranges::none_of(scene.measurements, [&](const Measurement& other) { return other.name == name; }))
       return name;
   }

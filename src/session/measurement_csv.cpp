@@ -39,13 +39,13 @@ constexpr std::array<const char*, kColumns> kHeads = {
 
 using Row = std::array<std::string, kColumns>;
 
-std::string number(double value) { return general_text(value, 7); }
+std::string number_field(double value) { return general_text(value, 7); }
 
 /// "x y z; x y z"
 std::string points_text(const std::vector<Eigen::Vector3d>& points_mm) {
   std::string text;
   for (const Eigen::Vector3d& p : points_mm)
-    text += (text.empty() ? "" : "; ") + number(p.x()) + " " + number(p.y()) + " " + number(p.z());
+    text += (text.empty() ? "" : "; ") + number_field(p.x()) + " " + number_field(p.y()) + " " + number_field(p.z());
   return text;
 }
 
@@ -53,12 +53,12 @@ Row row_of(const Measurement& measurement, const Volume& volume) {
   Row row;
   row[kName] = csv_field(measurement.name), row[kKind] = name_of(measurement.kind);
   const MeasurementValues values = values_of(measurement, volume);
-  if (values.length_mm) row[kLength] = number(*values.length_mm);
-  if (values.angle_degrees) row[kAngle] = number(*values.angle_degrees);
-  if (values.area_mm2) row[kArea] = number(*values.area_mm2);
+  if (values.length_mm) row[kLength] = number_field(*values.length_mm);
+  if (values.angle_degrees) row[kAngle] = number_field(*values.angle_degrees);
+  if (values.area_mm2) row[kArea] = number_field(*values.area_mm2);
   if (const auto& found = values.intensities) {
-    row[kMean] = number(found->mean), row[kDeviation] = number(found->deviation);
-    row[kMinimum] = number(found->minimum), row[kMaximum] = number(found->maximum);
+    row[kMean] = number_field(found->mean), row[kDeviation] = number_field(found->deviation);
+    row[kMinimum] = number_field(found->minimum), row[kMaximum] = number_field(found->maximum);
     row[kVoxels] = std::to_string(found->voxels);
   }
   row[kPoints] = points_text(measurement.points_mm);
@@ -68,14 +68,14 @@ Row row_of(const Measurement& measurement, const Volume& volume) {
 Row row_of(const MeshItem& item, const Scene& scene, const Volume& volume) {
   Row row;
   row[kName] = csv_field(item.name), row[kKind] = "segmentation";
-  row[kVolume] = number(measure(item.mesh).volume_mm3);
+  row[kVolume] = number_field(measure(item.mesh).volume_mm3);
   if (volume.empty()) return row;
   if (const auto inside = intensities_in(volume, object_mask(item.mesh, paint_of(scene, item.id), volume.geometry()))) {
-    row[kMean] = number(inside->mean), row[kDeviation] = number(inside->deviation);
+    row[kMean] = number_field(inside->mean), row[kDeviation] = number_field(inside->deviation);
     row[kVoxels] = std::to_string(inside->voxels);
   }
   if (const std::optional<ObjectAxes> axes = object_axes(item.mesh, volume.geometry())) {
-    row[kLongAxis] = number(axes->long_mm()), row[kShortAxis] = number(axes->short_mm());
+    row[kLongAxis] = number_field(axes->long_mm()), row[kShortAxis] = number_field(axes->short_mm());
     row[kSlice] = std::to_string(axes->slice);
     row[kPoints] =
         points_text({axes->long_ends_mm[0], axes->long_ends_mm[1], axes->short_ends_mm[0], axes->short_ends_mm[1]});
