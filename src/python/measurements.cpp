@@ -22,6 +22,7 @@ Measurement measurement_of(const SceneMeasurement& item) {
 
 std::vector<Eigen::Vector3d> positions_of(const std::vector<py::object>& points) {
   std::vector<Eigen::Vector3d> positions;
+  positions.reserve(points.size());
   for (const py::object& point : points) positions.push_back(vector_of(point, "points"));
   return positions;
 }

@@ -14,9 +14,9 @@ QString slice_title(const Workbench& workbench, const SliceView& view) {
   const SliceNumber slice = slice_number(geometry, view.orientation(), workbench.view.crosshair_mm);
   const QString title = title_of(view.orientation());
   const QString number = QString("%1  %2 / %3").arg(title).arg(slice.number).arg(slice.count);
-  const QString all = QString("%1   %2 = %3 mm")
-                          .arg(number, names[view.axes().normal])
-                          .arg(view.slice_mm(), 0, 'f', position_decimals(geometry));
+  QString all = QString("%1   %2 = %3 mm")
+                    .arg(number, names[view.axes().normal])
+                    .arg(view.slice_mm(), 0, 'f', position_decimals(geometry));
   // The text must not reach the letter of the patient's side at the middle of the upper edge.
   const auto fits = [&view](const QString& line) {
     constexpr double kBold = 1.15;
