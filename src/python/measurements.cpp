@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include "core/error.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/items.h"

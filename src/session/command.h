@@ -177,11 +177,12 @@ struct DeleteMeasurement {
 struct Undo {};
 struct Redo {};
 
-using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
-                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
-                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
-                             CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison,
-                             CommitFieldComparison, EditVoxels, ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement>;
+using Command =
+    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
+                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
+                 StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
+                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
+                 ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Paint and brush in a slice view.
+#include "core/number_text.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/views/slice_view.h"
