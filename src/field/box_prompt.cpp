@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "field/stroke.h"
 #include "image/volume.h"
 
 namespace simplexseg {
@@ -74,7 +73,7 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
 
 std::vector<Mark> BoxPrompt::marks() const {
   std::vector<Mark> all{seed};
-  for (const Stroke& stroke : strokes) {
+  for (const PromptStroke& stroke : strokes) {
     std::vector<Mark> marks = marks_of_stroke(stroke.kind, stroke.path_mm, stroke.radius_mm);
     marks[0].link = MarkLink::Update;
     all.insert(all.end(), marks.begin(), marks.end());

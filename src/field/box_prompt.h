@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "field/marks.h"
+#include "field/stroke.h"
 
 namespace simplexseg {
 
@@ -18,13 +19,8 @@ using BoxCorners = std::array<Eigen::Vector3d, 4>;
 /// along the longer side, unless it is short; and strokes around the box, 5 voxels away. Origin of the values:
 /// docs/adr/0049-box.md.
 struct BoxPrompt {
-  struct Stroke {
-    MarkKind kind;
-    std::vector<Eigen::Vector3d> path_mm;
-    double radius_mm;
-  };
   Mark seed;
-  std::vector<Stroke> strokes;
+  std::vector<PromptStroke> strokes;
 
   /// Marks of the seed and of all strokes, in this order, applied in one update.
   std::vector<Mark> marks() const;

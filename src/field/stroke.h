@@ -9,6 +9,13 @@
 
 namespace simplexseg {
 
+/// Stroke that stands for a part of another prompt: a box or a lasso.
+struct PromptStroke {
+  MarkKind kind;
+  std::vector<Eigen::Vector3d> path_mm;
+  double radius_mm;
+};
+
 /// Marks of a stroke: balls along its path, with a distance of at most one radius. All but the first have
 /// MarkLink::Stroke. `path_mm`: polyline with at least one point; `radius_mm` > 0.
 std::vector<Mark> marks_of_stroke(MarkKind kind, std::span<const Eigen::Vector3d> path_mm, double radius_mm);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/paint_stroke.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "core/expect.h"
+#include "image/plane_contour.h"
 
 namespace simplexseg {
 namespace {
@@ -106,21 +106,6 @@ StrokeVoxels voxels_of_brush(const PaintStroke& stroke, const VolumeGeometry& gr
   return found;
 }
 
-/// Winding number of a closed contour about a place in its plane. Method: Sunday 2001, Inclusion of a Point in a
-/// Polygon.
-int winding_number(const std::vector<Eigen::Vector2d>& contour, const Eigen::Vector2d& p) {
-  int winding = 0;
-  for (std::size_t n = 0; n < contour.size(); ++n) {
-    const Eigen::Vector2d &a = contour[n], &b = contour[(n + 1) % contour.size()];
-    if ((a[1] <= p[1]) == (b[1] <= p[1])) continue;
-    const Eigen::Vector2d along = b - a, to = p - a;
-    const double left = along[0] * to[1] - along[1] * to[0];
-    if (b[1] > p[1] && left > 0) ++winding;
-    if (b[1] <= p[1] && left < 0) --winding;
-  }
-  return winding;
-}
-
 /// Voxels of `within` in which the interior of a contour may lie.
 VoxelBox box_of_contour(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
   const Eigen::Affine3d index = grid.index_from_world();
@@ -142,19 +127,14 @@ VoxelBox box_of_contour(const PaintStroke& stroke, const VolumeGeometry& grid, c
 StrokeVoxels voxels_of_contour(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
   const Eigen::Affine3d world = grid.world_from_index();
   const Eigen::Vector3d &normal = stroke.brush.normal, origin = stroke.vertices_mm[0];
-  const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
-  const auto in_plane = [&](const Eigen::Vector3d& mm) {
-    return Eigen::Vector2d(u.dot(mm - origin), v.dot(mm - origin));
-  };
-  std::vector<Eigen::Vector2d> contour;
-  for (const Eigen::Vector3d& vertex : stroke.vertices_mm) contour.push_back(in_plane(vertex));
+  const PlaneContour contour(stroke.vertices_mm, normal);
   StrokeVoxels found{box_of_contour(stroke, grid, within), {}};
   found.voxels.assign(found.box.voxel_count(), VoxelPaint::None);
   if (found.voxels.empty()) return {};
   // Along an axis that is parallel to the normal, all voxels have the same place in the plane.
   int along = 3;
   for (int a = 0; a < 3; ++a)
-    if (in_plane(origin + world.linear().col(a)).norm() < 1e-9 * world.linear().col(a).norm()) along = a;
+    if (contour.in_plane(origin + world.linear().col(a)).norm() < 1e-9 * world.linear().col(a).norm()) along = a;
   enum class Enclosed : std::uint8_t { Unknown, No, Yes };
   std::array<int, 3> layer = found.box.size;
   if (along < 3) layer[along] = 1;
@@ -170,8 +150,7 @@ StrokeVoxels voxels_of_contour(const PaintStroke& stroke, const VolumeGeometry& 
         const double off = normal.dot(mm - origin);
         if (half > 0 && !(off >= -half && off < half)) continue;
         Enclosed& column = enclosed[columns.offset(along == 0 ? 0 : i, along == 1 ? 0 : j, along == 2 ? 0 : k)];
-        if (column == Enclosed::Unknown)
-          column = winding_number(contour, in_plane(mm)) != 0 ? Enclosed::Yes : Enclosed::No;
+        if (column == Enclosed::Unknown) column = contour.encloses(mm) ? Enclosed::Yes : Enclosed::No;
         if (column == Enclosed::Yes) found.voxels[voxel] = paint_of(stroke);
       }
   return found;

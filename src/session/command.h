@@ -75,6 +75,13 @@ struct AddPoint {
   /// Paint: SmartPaint, Freeze, or None for all voxels under the brush.
   VoxelEdit edit = VoxelEdit::None;
 };
+/// Adds the strokes that a lasso stands for (field/lasso_prompt.h), applied in one update.
+struct AddLasso {
+  ItemId mesh;
+  MarkKind kind = MarkKind::Inside;         ///< Inside or Outside
+  std::vector<Eigen::Vector3d> contour_mm;  ///< closed contour, at least three vertices
+  Eigen::Vector3d normal{0, 0, 1};          ///< unit normal of its slice
+};
 /// Changes the voxels of the object of a mesh; the result is paint (session/edited_voxels.h).
 struct EditVoxels {
   ItemId mesh;
@@ -182,7 +189,7 @@ using Command =
                  DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
                  StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
                  RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
-                 ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement>;
+                 ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -2,11 +2,14 @@
 #include "session/scene_editor.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/expect.h"
 #include "core/number_text.h"
 #include "field/box_prompt.h"
+#include "field/lasso_prompt.h"
 #include "forces/force_list.h"
 #include "session/edited_voxels.h"
 #include "session/free_attributes.h"
@@ -59,7 +62,7 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   restart(item, scene_.simulation, volume_);
   scene_.meshes.push_back(std::move(item));
   const ItemId added = scene_.meshes.back().id;
-  if (box) add_strokes(*box, added);
+  if (box) add_strokes(box->strokes, added, true);
   return {EngineUpdate::Meshes, added};
 }
 
@@ -76,12 +79,12 @@ void SceneEditor::remember_label(const MeshItem& item) {
   if (!taken) labels[item.name] = item.label;
 }
 
-void SceneEditor::add_strokes(const BoxPrompt& box, ItemId mesh) {
-  for (const BoxPrompt::Stroke& stroke : box.strokes) {
+void SceneEditor::add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues) {
+  for (const PromptStroke& stroke : strokes) {
     UserPoint point{next_id_++, mesh, stroke.path_mm.front(), stroke.kind, stroke.radius_mm};
     for (std::size_t p = 1; p < stroke.path_mm.size(); ++p)
       point.path_mm.emplace_back(stroke.path_mm[p] - point.position_mm);
-    point.continues = true;
+    point.continues = std::exchange(continues, true);
     scene_.points.push_back(std::move(point));
   }
 }
@@ -205,6 +208,17 @@ SceneChange SceneEditor::execute(const ResizePoint& command) {
   else
     throw Error("paint", "it is not the stroke of a brush and has no radius", "delete it and paint again");
   point = std::move(resized);
+  return {EngineUpdate::Points};
+}
+
+SceneChange SceneEditor::execute(const AddLasso& command) {
+  refuse_locked(item_of(command.mesh));
+  if (volume_.empty()) throw Error("the lasso", "there is no volume", "open one first");
+  check_path(command.kind, command.contour_mm);
+  if (!(std::abs(command.normal.norm() - 1) < 1e-6))
+    throw Error("the lasso", "its normal is not a unit vector", "correct the normal");
+  add_strokes(prompt_of_lasso(command.kind, command.contour_mm, command.normal, volume_.geometry()), command.mesh,
+              false);
   return {EngineUpdate::Points};
 }
 

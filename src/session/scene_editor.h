@@ -8,7 +8,7 @@
 namespace simplexseg {
 
 class Volume;
-struct BoxPrompt;
+struct PromptStroke;
 
 /// Part of the engine that must be updated after a change of the scene. Meshes includes parameters and points.
 enum class EngineUpdate { Nothing, Points, Parameters, Meshes };
@@ -46,6 +46,7 @@ class SceneEditor {
   SceneChange execute(const SetReference& command);
   SceneChange execute(const ResizePoint& command);
   SceneChange execute(const EditVoxels& command);
+  SceneChange execute(const AddLasso& command);
   SceneChange execute(const ChooseLabelPreset& command);
   SceneChange execute(const AddMeasurement& command);
   SceneChange execute(const MoveMeasurement& command);
@@ -62,8 +63,9 @@ class SceneEditor {
   void refuse_locked_paint(const UserPoint& point);
   /// Records the label of a mesh for its name (LabelNumbers), unless the name is one of "mesh 1", "mesh 2" ...
   void remember_label(const MeshItem& item);
-  /// Adds the strokes of a box to a mesh.
-  void add_strokes(const BoxPrompt& box, ItemId mesh);
+  /// Adds the strokes of a box or a lasso to a mesh. `continues`: whether the first is applied in the same update as
+  /// the prompt before it, like all others.
+  void add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues);
   UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point
   /// Measurement with this id; throws Error for an unknown one.
   Measurement& measurement_of(ItemId measurement);

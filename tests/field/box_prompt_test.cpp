@@ -23,7 +23,7 @@ BoxCorners rectangle(double x0, double x1, double y0, double y1, double z) {
 
 std::vector<std::vector<Eigen::Vector3d>> paths(const BoxPrompt& prompt, MarkKind kind) {
   std::vector<std::vector<Eigen::Vector3d>> paths;
-  for (const BoxPrompt::Stroke& stroke : prompt.strokes)
+  for (const PromptStroke& stroke : prompt.strokes)
     if (stroke.kind == kind) paths.push_back(stroke.path_mm);
   return paths;
 }

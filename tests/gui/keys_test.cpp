@@ -109,6 +109,7 @@ TEST_F(KeysTest, AnUnmodifiedNumberFieldLosesTheFocusToTheViewUnderTheMouse) {
 }
 
 TEST_F(KeysTest, KeysOfTheSimulationRunStepAndReset) {
+  window_->panels().set_researcher(true);  // one step
   axial().setFocus();
   const std::vector<Eigen::Vector3f> seed = scene().meshes[0].mesh.positions;
   bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(16, 0, 0)});

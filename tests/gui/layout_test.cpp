@@ -2,6 +2,8 @@
 // Layout of the panels at usual window sizes: nothing is covered or cut off.
 #include <QDoubleSpinBox>
 #include <QLabel>
+#include <QMenu>
+#include <QMenuBar>
 #include <QScreen>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -100,8 +102,70 @@ TEST_F(LayoutTest, PlanAndConvergenceAreInTheResearchersLayoutOnly) {
   EXPECT_TRUE(window_->actions()[Act::Researcher]->isChecked());
 }
 
+TEST_F(LayoutTest, TheCliniciansLayoutIsTheDefaultAndNamesNoForces) {
+  const auto tabs_shown = [&] {
+    QStringList titles;
+    for (const QTabBar* bar : window_->panels().findChildren<QTabBar*>())
+      for (int n = 0; n < bar->count() && bar->isVisible(); ++n) titles << bar->tabText(n);
+    return titles;
+  };
+  const auto menus = [&] {
+    QStringList entries;
+    for (const QMenu* menu : window_->menuBar()->findChildren<QMenu*>())
+      for (const QAction* entry : menu->actions())
+        if (entry->isVisible()) entries << entry->text();
+    return entries.join('\n');
+  };
+  EXPECT_EQ(tabs_shown(), (QStringList{"Points", "Check"}));
+  for (const char* word : {"fine", "profiles", "One step", "Compare"})
+    EXPECT_FALSE(menus().contains(word)) << menus().toStdString();
+  window_->actions()[Act::Researcher]->trigger();
+  QApplication::processEvents();
+  EXPECT_EQ(tabs_shown().mid(0, 4), (QStringList{"Forces", "Simulation", "Points", "Check"}));
+  EXPECT_EQ(tabs_shown().size(), 6);
+  for (const char* word : {"fine", "profiles", "One step", "Compare"}) EXPECT_TRUE(menus().contains(word)) << word;
+  window_->actions()[Act::Researcher]->trigger();
+  QApplication::processEvents();
+  EXPECT_EQ(tabs_shown(), (QStringList{"Points", "Check"}));
+}
+
+TEST_F(LayoutTest, ViewsCanBeArrangedAroundALargeOne) {
+  resize(1280, 700);
+  auto* menu = window_->findChild<QMenu*>("view_layout_menu");
+  ASSERT_TRUE(menu);
+  const auto choose = [&](const QString& title) {
+    for (QAction* entry : menu->actions())
+      if (entry->text().remove('&') == title) {
+        entry->trigger();
+        EXPECT_TRUE(entry->isChecked()) << title.toStdString();
+        for (int n = 0; n < 5; ++n) QApplication::processEvents();
+        return;
+      }
+    FAIL() << title.toStdString();
+  };
+  const ViewGrid& views = window_->views();
+  const auto area = [&](int n) { return views.all()[static_cast<std::size_t>(n)]->size(); };
+  const QSize quarter = area(0);
+  choose("Coronal large, three beside it");
+  EXPECT_GT(area(2).height(), 1.8 * quarter.height());
+  for (const int n : {0, 1, 3}) {
+    EXPECT_TRUE(views.all()[static_cast<std::size_t>(n)]->isVisible());
+    EXPECT_LT(area(n).height(), 0.8 * quarter.height());
+    EXPECT_GT(area(n).width(), 100);
+  }
+  choose("3D alone");
+  EXPECT_TRUE(views.all()[3]->isVisible());
+  EXPECT_FALSE(views.all()[0]->isVisible());
+  window_->views().show_alone(-1);
+  for (int n = 0; n < 5; ++n) QApplication::processEvents();
+  EXPECT_GT(area(2).height(), 1.8 * quarter.height()) << "back to the layout before";
+  choose("Four views");
+  EXPECT_EQ(area(0), quarter);
+}
+
 TEST_F(LayoutTest, TheScrollBarOfTheForcesCoversNothing) {
   resize(1280, 700);
+  window_->panels().show_panel("Forces");
   ForcePanel& forces = window_->panels().forces();
   for (QToolButton* unfold : forces.findChildren<QToolButton*>())
     if (unfold->accessibleName().startsWith("Parameters of")) unfold->click();

@@ -34,6 +34,7 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
       {1, EditVoxels{8, VoxelEdit::Margin, -1.0 / 3}},
       {1, EditVoxels{8, VoxelEdit::Subtract, 0, 5}},
       {1, AddPoint{5, p, MarkKind::Outside, 2, {0, 0, 0}, {p, -p}, PaintBrush::contour(p, 0), VoxelEdit::Freeze}},
+      {1, AddLasso{8, MarkKind::Outside, {p, -p, {1, 2, 1.0 / 3}}, {0.6, 0, 0.8}}},
       {1, Undo{}},
       {1, Redo{}},
       {2, ChooseLabelPreset{"abdomen", {{"a \"b\"", 65535}, {"Ü", 1}}}},
@@ -105,11 +106,15 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   const auto [freeze, freeze_again] = get(std::type_identity<AddPoint>{}, 21);
   EXPECT_EQ(freeze.brush, freeze_again.brush);
   EXPECT_EQ(freeze.edit, freeze_again.edit);
-  for (const std::size_t at : {24u, 25u}) {
+  const auto [lasso, lasso_again] = get(std::type_identity<AddLasso>{}, 22);
+  EXPECT_TRUE(lasso.mesh == lasso_again.mesh && lasso.kind == lasso_again.kind);
+  EXPECT_EQ(lasso.contour_mm, lasso_again.contour_mm);
+  EXPECT_EQ(lasso.normal, lasso_again.normal);
+  for (const std::size_t at : {25u, 26u}) {
     const auto [a, b] = get(std::type_identity<ChooseLabelPreset>{}, at);
     EXPECT_TRUE(a.preset == b.preset && a.by_name == b.by_name);
   }
-  for (std::size_t at = 26; at < log.size(); ++at) {
+  for (std::size_t at = 27; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
                 a.continues == b.continues)

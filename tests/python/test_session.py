@@ -351,3 +351,21 @@ def test_names_of_a_label_preset_have_labels_and_codes(session, tmp_path):
         simplexseg.read_label_preset(str(tmp_path / "none.json"))
     session.label_preset = ""
     assert session.label_preset == "" and ball.label == 3
+
+
+def test_voxels_are_edited_and_frozen(session):
+    session.run_until_rest()
+    mesh = session.meshes[0]
+    before = session.labels().array.astype(bool)
+    mesh.edit_voxels("margin", size=3)
+    grown = session.labels().array.astype(bool)
+    assert grown.sum() > before.sum() and (grown | before == grown).all()
+    assert session.undo() and (session.labels().array.astype(bool) == before).all()
+    mesh.paint([mesh.mesh.vertices[0]], 4, edit="freeze")
+    assert (session.labels().array.astype(bool) == before).all()
+    with pytest.raises(Error, match="use one of"):
+        mesh.edit_voxels("freeze")
+    centre = np.asarray(mesh.mesh.centroid)
+    square = [centre + offset for offset in ((-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0))]
+    mesh.add_lasso(square, normal=(0, 0, 1))
+    assert session.undo_title == "add inside lasso"

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Strokes and boxes in a session: marks, undo and replay.
+#include <cmath>
+#include <numbers>
+
 #include "core/error.h"
 #include "field/evidence_field.h"
 #include "forces/force_list.h"
@@ -131,6 +134,38 @@ TEST(Boxes, InvalidOnesAreRefused) {
   command = start_of_box();
   for (Eigen::Vector3d& corner : command.box_mm) corner.x() += 500;
   EXPECT_NE(refusal(*session, command).find("outside the image"), std::string::npos);
+}
+
+TEST(Lasso, BringsTheSurfaceToItInOneUpdate) {
+  const auto session = open_with_field();
+  session->advance_steps(300, true);
+  const ItemId mesh = first_mesh(*session).id;
+  // A circle of 16 mm in the ball of 20 mm: the border of the object in this slice.
+  std::vector<Eigen::Vector3d> circle;
+  for (int n = 0; n < 60; ++n)
+    circle.emplace_back(16 * std::cos(n * std::numbers::pi / 30), 16 * std::sin(n * std::numbers::pi / 30), 0);
+  const auto farthest_in_slice = [&] {
+    double farthest = 0;
+    for (const Eigen::Vector3f& p : first_mesh(*session).mesh.positions)
+      if (std::abs(p.z()) < 1) farthest = std::max<double>(farthest, p.norm());
+    return farthest;
+  };
+  ASSERT_GT(farthest_in_slice(), 19);
+  const std::size_t before = session->history().undo_names().size();
+  session->apply(AddLasso{mesh, MarkKind::Inside, circle, {0, 0, 1}});
+  EXPECT_EQ(session->history().undo_names().size(), before + 1) << "one action";
+  const std::size_t points = session->scene().points.size();
+  EXPECT_GE(points, 3u);
+  for (std::size_t p = 1; p < points; ++p) EXPECT_TRUE(session->scene().points[p].continues);
+  const auto field = first_mesh(*session).field;
+  session->advance_steps(800, true);
+  EXPECT_NE(first_mesh(*session).field, field);
+  EXPECT_LT(farthest_in_slice(), 18);
+  session->apply(Undo{});
+  EXPECT_TRUE(session->scene().points.empty());
+  EXPECT_NE(refusal(*session, AddLasso{mesh, MarkKind::Inside, {{0, 0, 0}, {1, 0, 0}}, {0, 0, 1}}).find("three"),
+            std::string::npos);
+  EXPECT_NE(refusal(*session, AddLasso{mesh, MarkKind::Inside, circle, {0, 0, 2}}).find("unit"), std::string::npos);
 }
 
 }  // namespace

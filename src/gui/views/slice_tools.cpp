@@ -129,7 +129,7 @@ ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, MarkKind kind) {
 void SliceTools::begin_stroke(const QPointF& pixel, MarkKind kind) {
   if (!require_active_mesh()) return;
   drag_ = Drag::Stroke;
-  stroke_tool_.begin(kind, view_.world_of(pixel));
+  stroke_tool_.begin(kind, view_.world_of(pixel), Eigen::Vector3d::Unit(view_.axes().normal));
 }
 
 void SliceTools::begin_paint(const QPointF& pixel) {

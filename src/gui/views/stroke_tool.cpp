@@ -10,13 +10,16 @@
 
 namespace simplexseg {
 
-void StrokeTool::begin(MarkKind kind, const Eigen::Vector3d& at_mm) {
+void StrokeTool::begin(MarkKind kind, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
   stroke_ = UserPoint{0, workbench_.view.active_mesh, at_mm, kind};
+  lasso_normal_.reset();
+  if (workbench_.view.lasso) lasso_normal_ = normal;
 }
 
 void StrokeTool::begin_paint(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
   const ViewState& view = workbench_.view;
-  begin(view.tool == Tool::Eraser ? MarkKind::Outside : MarkKind::Inside, at_mm);
+  begin(view.tool == Tool::Eraser ? MarkKind::Outside : MarkKind::Inside, at_mm, normal);
+  lasso_normal_.reset();
   stroke_->edit = view.tool == Tool::Freeze ? VoxelEdit::Freeze
                   : view.smart_brush        ? VoxelEdit::SmartPaint
                                             : VoxelEdit::None;
@@ -53,6 +56,10 @@ void StrokeTool::finish() {
   if (!stroke) return;
   if (stroke->brush.shape == PaintBrush::Shape::Contour && stroke->path_mm.size() < 2) {
     workbench_.notify(Severity::Note, SliceView::tr("Lasso: drag around the part"));
+    return;
+  }
+  if (lasso_normal_ && stroke->is_stroke()) {
+    workbench_.apply(AddLasso{stroke->mesh, stroke->kind, stroke->vertices_mm(), *lasso_normal_});
     return;
   }
   workbench_.apply(AddPoint{stroke->mesh,

@@ -13,7 +13,8 @@ class StrokeTool {
  public:
   explicit StrokeTool(Workbench& workbench) : workbench_(workbench) {}
 
-  void begin(MarkKind kind, const Eigen::Vector3d& at_mm);
+  /// Begins a mark in a slice with this unit normal: a point, a stroke or, with ViewState::lasso, a lasso.
+  void begin(MarkKind kind, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal);
   /// Begins paint in a slice with this unit normal, with tool and brush of the view state.
   void begin_paint(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal);
   /// Adds a vertex, unless it is nearer than half a voxel or a tenth of the brush to the last one, or outside the
@@ -28,7 +29,8 @@ class StrokeTool {
 
  private:
   Workbench& workbench_;
-  std::optional<UserPoint> stroke_;  ///< with the edit of paint, but without its voxels
+  std::optional<Eigen::Vector3d> lasso_normal_;  ///< while a lasso of marks is drawn
+  std::optional<UserPoint> stroke_;              ///< with the edit of paint, but without its voxels
 };
 
 }  // namespace simplexseg

@@ -35,13 +35,44 @@ ViewGrid::ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : Q
   cells_[3] = space_;
   const std::array<View*, 4> views = all();
   for (int n = 0; n < 4; ++n) {
-    grid_->addWidget(cells_[n], n / 2, n % 2);
-    grid_->setRowStretch(n / 2, 1);
-    grid_->setColumnStretch(n % 2, 1);
     views[n]->setAccessibleName(tr("%1 view").arg(views[n]->objectName()));
     views[n]->installEventFilter(this);
     connect(views[n], &View::maximise_requested, this, [this, n] { show_alone(shown_alone() == n ? -1 : n); });
   }
+  arrange();
+}
+
+void ViewGrid::arrange() {
+  const std::array<View*, 4> views = all();
+  for (QWidget* cell : cells_) grid_->removeWidget(cell);
+  int others = 0;
+  for (int n = 0; n < 4; ++n) {
+    const bool shown = !maximised_ || views[n] == maximised_;
+    cells_[n]->setVisible(shown);
+    views[n]->setVisible(shown);
+    if (!shown) continue;
+    if (maximised_)
+      grid_->addWidget(cells_[n], 0, 0);
+    else if (layout_ == ViewLayout::Four)
+      grid_->addWidget(cells_[n], n / 2, n % 2);
+    else if (n == main_)
+      grid_->addWidget(cells_[n], 0, 0, 3, 1);
+    else
+      grid_->addWidget(cells_[n], others++, 1);
+  }
+  // Empty rows and columns take no space.
+  const int rows = maximised_ ? 1 : layout_ == ViewLayout::Four ? 2 : 3;
+  for (int row = 0; row < 3; ++row) grid_->setRowStretch(row, row < rows);
+  grid_->setColumnStretch(0, !maximised_ && layout_ == ViewLayout::OneAndThree ? 5 : 2);
+  grid_->setColumnStretch(1, maximised_ ? 0 : 2);
+}
+
+void ViewGrid::set_layout(ViewLayout layout, int main) {
+  SIMPLEXSEG_EXPECT(main >= 0 && main < 4);
+  layout_ = layout, main_ = main;
+  maximised_ = nullptr;
+  arrange();
+  emit shown_changed();
 }
 
 SliceView& ViewGrid::slice(int orientation) const {
@@ -86,15 +117,7 @@ void ViewGrid::show_alone(int view) {
   const std::array<View*, 4> views = all();
   View* const before = std::exchange(maximised_, view < 0 ? nullptr : views[static_cast<std::size_t>(view)]);
   if (maximised_ == before) return;
-  for (int n = 0; n < 4; ++n) {
-    cells_[n]->setVisible(!maximised_ || views[n] == maximised_);
-    views[n]->setVisible(!maximised_ || views[n] == maximised_);
-    // Empty rows and columns take no space.
-    const bool row_used = !maximised_ || maximised_ == views[2 * (n / 2)] || maximised_ == views[2 * (n / 2) + 1];
-    const bool column_used = !maximised_ || maximised_ == views[n % 2] || maximised_ == views[n % 2 + 2];
-    grid_->setRowStretch(n / 2, row_used);
-    grid_->setColumnStretch(n % 2, column_used);
-  }
+  arrange();
   emit shown_changed();
 }
 

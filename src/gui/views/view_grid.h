@@ -13,7 +13,10 @@ class SpaceView;
 class View;
 class Workbench;
 
-/// The four views in two rows: axial, sagittal; coronal, 3D. One of them can be maximised.
+/// Layout of the views: two rows (axial, sagittal; coronal, 3D), or one large view beside the three others.
+enum class ViewLayout { Four, OneAndThree };
+
+/// The four views. One of them can be maximised.
 class ViewGrid : public QWidget {
   Q_OBJECT
  public:
@@ -26,6 +29,10 @@ class ViewGrid : public QWidget {
   /// Fits the whole volume into all views.
   void fit();
   void centre_on_crosshair();
+  /// `main`: large view of OneAndThree, numbered as in show_alone().
+  void set_layout(ViewLayout layout, int main = 0);
+  ViewLayout view_layout() const { return layout_; }
+  int main_view() const { return main_; }
   /// Maximises a view: 0 axial, 1 sagittal, 2 coronal, 3 3D; -1: shows all four.
   void show_alone(int view);
   /// Maximised view; -1: none.
@@ -39,11 +46,16 @@ class ViewGrid : public QWidget {
   void paintEvent(QPaintEvent* event) override;
 
  private:
+  /// Places the cells of the views that are shown.
+  void arrange();
+
   QGridLayout* grid_;
   std::array<QWidget*, 4> cells_{};  ///< cells of the grid: slice views with their sliders, 3D view
   std::array<SliceView*, 3> slices_;
   SpaceView* space_;
   View* maximised_ = nullptr;
+  ViewLayout layout_ = ViewLayout::Four;
+  int main_ = 0;
 };
 
 }  // namespace simplexseg

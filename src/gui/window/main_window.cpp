@@ -42,6 +42,7 @@
 #include "gui/window/state_chip.h"
 #include "gui/window/status_line.h"
 #include "gui/window/step_strip.h"
+#include "gui/window/view_layout_menu.h"
 #include "gui/window/voxel_menu.h"
 #include "gui/window/workbench_actions.h"
 #include "gui/workbench/ask_and_save.h"
@@ -212,6 +213,7 @@ void MainWindow::build_menus() {
        {Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::ShowAxes, Act::Annotations, Act::Names, Act::Slices3d},
        {Act::LessOpaque, Act::MoreOpaque},
        {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
+  view->addMenu(new ViewLayoutMenu(*views_, view));
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
   for (const ContrastPreset& preset : contrast_presets()) {
     QAction* entry = presets->addAction(tr(preset.title));

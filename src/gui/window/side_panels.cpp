@@ -55,14 +55,9 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   check_->setObjectName(tr("Check"));
   plan_->setObjectName(tr("Plan"));
   convergence_->setObjectName(tr("Convergence"));
-  for (QWidget* panel : {static_cast<QWidget*>(forces_), static_cast<QWidget*>(simulation_),
-                         static_cast<QWidget*>(points_), static_cast<QWidget*>(check_)})
-    tabs_->setTabToolTip(tabs_->addTab(panel, panel->objectName()), panel->objectName());
-  check_->installEventFilter(this);
-  for (QWidget* panel : {static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)}) {
-    panel->hide();
+  for (QWidget* panel :
+       {static_cast<QWidget*>(check_), static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)})
     panel->installEventFilter(this);
-  }
   addWidget(meshes);
   addWidget(tabs_);
   addWidget(row_);
@@ -70,7 +65,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setStretchFactor(1, 2);
   setStretchFactor(2, 3);
   actions.on_toggle(Act::Researcher, [this](bool researcher) { set_researcher(researcher); });
-  arrange();
+  set_researcher(false);
 }
 
 bool SidePanels::eventFilter(QObject* watched, QEvent* event) {
@@ -90,14 +85,23 @@ void SidePanels::resizeEvent(QResizeEvent* event) {
 
 void SidePanels::arrange() {
   const bool separate_row = researcher_ && height() >= kTallColumn;
-  QTabWidget* target = separate_row ? row_ : tabs_;
-  for (QWidget* panel : {static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)}) {
-    for (QTabWidget* tabs : {tabs_, row_}) {
-      const int at = tabs->indexOf(panel);
-      if (at >= 0 && (!researcher_ || tabs != target)) tabs->removeTab(at), panel->hide();
+  struct Place {
+    QWidget* panel;
+    QTabWidget* tabs;  ///< null: not in this layout
+  };
+  QTabWidget *const research = researcher_ ? tabs_ : nullptr, *const last = separate_row ? row_ : research;
+  const Place places[] = {{forces_, research}, {simulation_, research}, {points_, tabs_},
+                          {check_, tabs_},     {plan_, last},           {convergence_, last}};
+  int next = 0;  // place among the tabs of tabs_
+  for (const auto& [panel, target] : places) {
+    for (QTabWidget* tabs : {tabs_, row_})
+      if (const int at = tabs->indexOf(panel); at >= 0 && tabs != target) tabs->removeTab(at), panel->hide();
+    if (target && target->indexOf(panel) < 0) {
+      const int at = target->insertTab(target == tabs_ ? next : target->count(), panel, panel->objectName());
+      target->setTabToolTip(at, panel->objectName());
     }
-    if (researcher_ && target->indexOf(panel) < 0)
-      target->setTabToolTip(target->addTab(panel, panel->objectName()), panel->objectName());
+    if (!target) panel->setParent(this), panel->hide();
+    next += target == tabs_;
   }
   const int rows = separate_row ? 3 : 2;
   row_->setVisible(separate_row);
@@ -110,6 +114,8 @@ void SidePanels::arrange() {
 void SidePanels::set_researcher(bool researcher) {
   researcher_ = researcher;
   actions_[Act::Researcher]->setChecked(researcher);
+  for (const Act act : {Act::RefineMesh, Act::RecordProfiles, Act::Step, Act::Compare})
+    actions_[act]->setVisible(researcher);
   arrange();
 }
 

@@ -16,8 +16,9 @@ class PointPanel;
 class SimulationPanel;
 class Workbench;
 
-/// Column of panels beside the views: the panel Segmentations, and tabs with the other panels below. Plan and
-/// Convergence are shown in the researcher's layout only.
+/// Column of panels beside the views: the panel Segmentations, and tabs with the other panels below. The clinician's
+/// layout, the default, has Points and Check; the researcher's layout adds Forces, Simulation, Plan and Convergence,
+/// and the actions for them.
 class SidePanels : public QSplitter {
  public:
   SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);

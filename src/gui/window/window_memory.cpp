@@ -6,8 +6,10 @@
 #include <algorithm>
 
 #include "gui/look/qt_text.h"
+#include "gui/views/view_grid.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/main_window.h"
+#include "gui/window/side_panels.h"
 #include "gui/window/start_page.h"
 #include "gui/workbench/workbench.h"
 
@@ -15,12 +17,16 @@ namespace simplexseg {
 namespace {
 constexpr std::size_t kMostFiles = 12;
 constexpr const char *kGeometry = "geometry", *kFiles = "files";
+constexpr const char *kResearcher = "researcher", *kLargeView = "large_view";  // -1: four equal views
 }  // namespace
 
 WindowMemory::WindowMemory(MainWindow& window)
     : window_(window), settings_(QSettings::IniFormat, QSettings::UserScope, "simplexseg", "window") {
   read();
   show_recent();
+  window_.panels().set_researcher(settings_.value(kResearcher, false).toBool());
+  if (const int large = settings_.value(kLargeView, -1).toInt(); large >= 0 && large < 4)
+    window_.views().set_layout(ViewLayout::OneAndThree, large);
   connect(&window_.files(), &FileActions::name_changed, this, &WindowMemory::file_opened);
   connect(&window_.files(), &FileActions::about_to_open, this, [this] {
     store_contrast();
@@ -30,6 +36,8 @@ WindowMemory::WindowMemory(MainWindow& window)
 
 WindowMemory::~WindowMemory() {
   settings_.setValue(kGeometry, window_.saveGeometry());
+  settings_.setValue(kResearcher, window_.panels().researcher());
+  settings_.setValue(kLargeView, window_.views().view_layout() == ViewLayout::Four ? -1 : window_.views().main_view());
   store_contrast();
   write();
 }

@@ -246,6 +246,17 @@ void read_keys(const JsonInput& in, SetParameters& c) {
   read_simulation(in["simulation"], *c.simulation);
 }
 
+Json keys_json(const AddLasso& c) {
+  return {{"mesh", c.mesh},
+          {"kind", name_of(c.kind)},
+          {"contour_mm", path_json<Json>(c.contour_mm)},
+          {"normal", vector_json<Json>(c.normal)}};
+}
+void read_keys(const JsonInput& in, AddLasso& c) {
+  expect_keys(in, {"mesh", "kind", "contour_mm", "normal"});
+  c = {read_id(in["mesh"]), read_point_kind(in["kind"]), read_path(in["contour_mm"]), in["normal"].vector3()};
+}
+
 Json keys_json(const EditVoxels& c) {
   const VoxelEditInfo& info = info_of(c.edit);
   Json json = {{"mesh", c.mesh}, {"edit", info.name}};
@@ -313,7 +324,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "add_measurement",
                                          "move_measurement",
                                          "rename_measurement",
-                                         "delete_measurement"};
+                                         "delete_measurement",
+                                         "add_lasso"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

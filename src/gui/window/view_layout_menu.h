@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QMenu>
+
+namespace simplexseg {
+
+class ViewGrid;
+
+/// Menu of the layouts of views: all four, one large view beside the others, or one view alone.
+class ViewLayoutMenu : public QMenu {
+  Q_OBJECT
+ public:
+  ViewLayoutMenu(ViewGrid& views, QWidget* parent);
+};
+
+}  // namespace simplexseg
