@@ -88,7 +88,9 @@ EvidenceSettings settings_without(const std::vector<std::string>& names) {
 }
 
 /// Whether a robot corrects the field, without a mesh.
-bool corrects_field(const std::string& robot) { return robot == "mark" || robot == "stroke" || robot == "box"; }
+bool corrects_field(const std::string& robot) {
+  return robot == "mark" || robot == "stroke" || robot == "lasso" || robot == "box";
+}
 
 /// Throws Error for an option that the chosen robot does not use.
 void check_robot_options(const ClicksOptions& options) {
@@ -275,6 +277,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
   RobotSettings robot = options.settings;
   robot.starts_with_box = options.robot == "box";
   if (options.robot == "stroke") robot.click_kind = RobotClickKind::Strokes;
+  if (options.robot == "lasso") robot.click_kind = RobotClickKind::Lassos;
   if (options.robot == "mixed") robot.click_kind = RobotClickKind::Mixed;
   if (options.robot == "grab") robot.click_kind = RobotClickKind::Grabs;
   if (options.robot == "point" || options.robot == "none") robot.click_kind = RobotClickKind::Points;
@@ -353,10 +356,11 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option(
          "--robot", options->robot,
          "Segmentation that is corrected, and the kind of clicks (docs/clicks.md): mark: field without a mesh, inside "
-         "and outside marks; stroke: field, inside and outside strokes; box: field, a box instead of a seed, then "
+         "and outside marks; stroke: field, inside and outside strokes; lasso: field, closed contours; box: field, a "
+         "box instead of a seed, then "
          "marks; mesh: mesh, inside and outside marks; point: mesh, boundary points; grab: mesh, drags of the surface; "
          "mixed: mesh, marks and drags; none: mesh without a field, boundary points")
-      .one_of({"mark", "stroke", "box", "mesh", "point", "grab", "mixed", "none"})
+      .one_of({"mark", "stroke", "lasso", "box", "mesh", "point", "grab", "mixed", "none"})
       .show_default();
   sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, as a multiple of the correct radius")
       .within(0.05, 3.0)

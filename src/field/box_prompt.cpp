@@ -73,11 +73,8 @@ BoxPrompt prompt_of_box(const BoxCorners& corners, const VolumeGeometry& volume)
 
 std::vector<Mark> BoxPrompt::marks() const {
   std::vector<Mark> all{seed};
-  for (const PromptStroke& stroke : strokes) {
-    std::vector<Mark> marks = marks_of_stroke(stroke.kind, stroke.path_mm, stroke.radius_mm);
-    marks[0].link = MarkLink::Update;
-    all.insert(all.end(), marks.begin(), marks.end());
-  }
+  const std::vector<Mark> others = marks_of_strokes(strokes, MarkLink::Update);
+  all.insert(all.end(), others.begin(), others.end());
   return all;
 }
 

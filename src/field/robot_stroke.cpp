@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "field/robot_stroke.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -47,6 +48,33 @@ class ErrorInSlice {
   }
 
   double area_mm2() const { return area_mm2_; }
+  std::size_t voxel_count() const { return voxels_.size(); }
+  int axis() const { return 3 - a_ - b_; }
+
+  /// Corners of the voxels along the outer border, counter-clockwise, as fractional indices of the slice.
+  std::vector<Eigen::Vector2d> outline() const {
+    std::vector<std::uint8_t> set(count());
+    for (const std::size_t at : voxels_) set[at] = 1;
+    const auto is_set = [&](int a, int b) { return contains(a, b) && set[offset(a, b)] != 0; };
+    const std::size_t first = *std::ranges::min_element(voxels_);
+    const std::array<int, 2> start{static_cast<int>(first) % size_a(), static_cast<int>(first) / size_a()};
+    // Voxels ahead on the left and on the right of a step in the directions +a, +b, -a, -b, relative to the corner.
+    constexpr int kStep[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+    constexpr int kLeft[4][2] = {{0, 0}, {-1, 0}, {-1, -1}, {0, -1}};
+    constexpr int kRight[4][2] = {{0, -1}, {0, 0}, {-1, 0}, {-1, -1}};
+    std::vector<Eigen::Vector2d> corners;
+    std::array<int, 2> at = start;
+    int direction = 0;
+    do {
+      corners.emplace_back(at[0] - 0.5, at[1] - 0.5);
+      at[0] += kStep[direction][0], at[1] += kStep[direction][1];
+      if (!is_set(at[0] + kLeft[direction][0], at[1] + kLeft[direction][1]))
+        direction = (direction + 1) % 4;
+      else if (is_set(at[0] + kRight[direction][0], at[1] + kRight[direction][1]))
+        direction = (direction + 3) % 4;
+    } while (at != start || direction != 0);
+    return corners;
+  }
 
   /// Ends of the longest path along the middle, and the path between them, mm.
   std::vector<Eigen::Vector3d> middle() {
@@ -178,6 +206,26 @@ double noise(std::mt19937& generator) { return 2 * (generator() / 4294967295.0) 
 
 }  // namespace
 
+std::optional<RobotLasso> lasso_at_error(const Mask& truth, const Mask& now, const WorstError& error, int lasso) {
+  constexpr std::size_t kLeastVoxels = 4;
+  require_same_grid(truth, now);
+  const int axis = largest_slice(truth, now, error).axis();
+  const Mask nothing{truth.geometry, std::vector<std::uint8_t>(truth.voxels.size())};
+  const ErrorInSlice enclosed(truth, error.too_little ? nothing : now, error, axis);
+  if (enclosed.voxel_count() < kLeastVoxels) return std::nullopt;
+  const std::vector<Eigen::Vector2d> outline = enclosed.outline();
+  std::mt19937 generator(static_cast<std::uint32_t>(lasso));
+  RobotLasso drawn{error.too_little ? MarkKind::Inside : MarkKind::Outside, {}, {}};
+  for (std::size_t p = 0; p < outline.size(); p += kJitterStep) {
+    const double a = outline[p][0] + kJitterVoxels * noise(generator);
+    const double b = outline[p][1] + kJitterVoxels * noise(generator);
+    drawn.contour_mm.push_back(enclosed.place(a, b));
+  }
+  const Eigen::Matrix<double, 3, 2> axes = enclosed.axes();
+  drawn.normal = axes.col(0).cross(axes.col(1)).normalized();
+  return drawn;
+}
+
 BoxCorners box_around_object(const Mask& object, const WorstError& deepest) {
   const Mask nothing{object.geometry, std::vector<std::uint8_t>(object.voxels.size())};
   const ErrorInSlice slice = largest_slice(object, nothing, deepest);
@@ -191,8 +239,7 @@ BoxCorners box_around_object(const Mask& object, const WorstError& deepest) {
 }
 
 std::vector<Eigen::Vector3d> stroke_in_error(const Mask& truth, const Mask& now, const WorstError& error, int stroke) {
-  if (!truth.geometry.same_grid(now.geometry))
-    throw Error("the robot cannot compare", "reference and result have different grids", "resample one onto the other");
+  require_same_grid(truth, now);
   ErrorInSlice slice = largest_slice(truth, now, error);
   const std::vector<Eigen::Vector3d> middle = slice.middle();
   const Eigen::Matrix<double, 3, 2> axes = slice.axes();

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "field/box_prompt.h"
+#include "field/lasso_prompt.h"
 #include "field/robot_stroke.h"
 #include "field/stroke.h"
 #include "image/distance_map.h"
@@ -190,7 +191,8 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
     before = std::move(now);
     RobotClickKind kind_of_click = settings.click_kind;
     Eigen::Vector3d surface = at;  // nearest point of the surface
-    const bool of_surface = kind_of_click != RobotClickKind::Marks && kind_of_click != RobotClickKind::Strokes;
+    const bool of_surface = kind_of_click == RobotClickKind::Points || kind_of_click == RobotClickKind::Grabs ||
+                            kind_of_click == RobotClickKind::Mixed;
     if (of_surface) surface = boundary_near(before, at);
     if (kind_of_click == RobotClickKind::Mixed) {
       const double near_mm = kNearVoxels * truth.geometry.spacing_mm.minCoeff();
@@ -198,6 +200,15 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
       kind_of_click = distance_mm > 0 && distance_mm < near_mm ? RobotClickKind::Grabs : RobotClickKind::Marks;
     }
     const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
+    if (kind_of_click == RobotClickKind::Lassos) {
+      if (const std::optional<RobotLasso> lasso = lasso_at_error(part, before, *error, click + 1)) {
+        const std::vector<Mark> added =
+            marks_of_strokes(prompt_of_lasso(lasso->kind, lasso->contour_mm, lasso->normal, truth.geometry));
+        marks.insert(marks.end(), added.begin(), added.end());
+        continue;
+      }
+      kind_of_click = RobotClickKind::Marks;  // too small for a lasso
+    }
     if (kind_of_click == RobotClickKind::Strokes) {
       const std::vector<Eigen::Vector3d> path = stroke_in_error(part, before, *error, click + 1);
       double radius_mm = subject.brush_mm(kind, path.front());

@@ -47,6 +47,7 @@ enum class RobotClickKind {
   Grabs,    ///< drag of the surface beside the error to the boundary of the reference: boundary mark with a direction
   Mixed,    ///< drag if the surface is near the middle of the error, else a mark
   Strokes,  ///< inside or outside stroke along the middle of the error
+  Lassos,   ///< inside lasso around the object, or outside lasso around what is surplus, in a slice through the error
 };
 
 struct RobotSettings {

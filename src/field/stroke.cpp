@@ -34,6 +34,16 @@ std::vector<Mark> marks_of_stroke(MarkKind kind, std::span<const Eigen::Vector3d
   return marks;
 }
 
+std::vector<Mark> marks_of_strokes(std::span<const PromptStroke> strokes, MarkLink link) {
+  std::vector<Mark> all;
+  for (const PromptStroke& stroke : strokes) {
+    std::vector<Mark> marks = marks_of_stroke(stroke.kind, stroke.path_mm, stroke.radius_mm);
+    marks[0].link = all.empty() ? link : MarkLink::Update;
+    all.insert(all.end(), marks.begin(), marks.end());
+  }
+  return all;
+}
+
 int prompt_count(std::span<const Mark> marks) {
   return static_cast<int>(std::ranges::count_if(marks, [](const Mark& mark) { return mark.link != MarkLink::Stroke; }));
 }

@@ -20,6 +20,9 @@ struct PromptStroke {
 /// MarkLink::Stroke. `path_mm`: polyline with at least one point; `radius_mm` > 0.
 std::vector<Mark> marks_of_stroke(MarkKind kind, std::span<const Eigen::Vector3d> path_mm, double radius_mm);
 
+/// Marks of the strokes that one prompt stands for, applied in one update. `link`: of the first mark.
+std::vector<Mark> marks_of_strokes(std::span<const PromptStroke> strokes, MarkLink link = MarkLink::None);
+
 /// Number of prompts: marks, where a stroke counts once.
 int prompt_count(std::span<const Mark> marks);
 /// Number of the balls of all prompts: two for a boundary mark, and one for a stroke.

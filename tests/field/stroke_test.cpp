@@ -5,6 +5,7 @@
 
 #include "field/evidence_field.h"
 #include "field/robot_stroke.h"
+#include "image/paint_stroke.h"
 
 namespace simplexseg {
 namespace {
@@ -110,6 +111,40 @@ TEST(RobotStroke, OfASingleVoxelStaysNearIt) {
   const std::vector<Eigen::Vector3d> path = stroke_in_error(truth, empty({9, 9, 9}), {{4, 4, 4}, 1, 1, true}, 3);
   ASSERT_EQ(path.size(), 1u);
   EXPECT_LT((path[0] - at(4, 4, 4)).norm(), 0.8);
+}
+
+TEST(RobotLasso, SurroundsTheObjectOrWhatIsSurplus) {
+  Mask truth = empty({48, 48, 12}, {1, 1, 2});
+  Mask now = truth;
+  const auto fill = [](Mask& mask, int i0, int i1, int j0, int j1) {
+    for (int k = 4; k < 7; ++k)
+      for (int j = j0; j < j1; ++j)
+        for (int i = i0; i < i1; ++i) mask.voxels[(std::size_t(k) * 48 + j) * 48 + i] = 1;
+  };
+  fill(truth, 10, 38, 10, 38);
+  fill(now, 10, 30, 10, 38);
+  // The robot draws around the whole object, not around the missing part alone.
+  RobotLasso lasso = *lasso_at_error(truth, now, *worst_error(truth, now), 1);
+  EXPECT_EQ(lasso.kind, MarkKind::Inside);
+  EXPECT_LT((lasso.normal.cwiseAbs() - Eigen::Vector3d(0, 0, 1)).norm(), 1e-9);
+  for (const Eigen::Vector3d& at : lasso.contour_mm) {
+    const double left = std::abs(at.x() - 9.5), right = std::abs(at.x() - 37.5), low = std::abs(at.y() - 9.5),
+                 high = std::abs(at.y() - 37.5);
+    EXPECT_LE(std::min({left, right, low, high}), 0.51) << at.transpose();
+  }
+  PaintStroke paint{true, lasso.contour_mm, 0, PaintBrush::contour(lasso.normal, 2)};
+  Mask enclosed = empty({48, 48, 12}, {1, 1, 2});
+  apply(paint, enclosed);
+  EXPECT_NEAR(static_cast<double>(std::ranges::count(enclosed.voxels, 1)), 28 * 28, 40);
+  EXPECT_EQ(lasso_at_error(truth, now, *worst_error(truth, now), 1)->contour_mm, lasso.contour_mm);
+  now = truth;
+  fill(now, 38, 45, 16, 30);
+  lasso = *lasso_at_error(truth, now, *worst_error(truth, now), 1);
+  EXPECT_EQ(lasso.kind, MarkKind::Outside);
+  for (const Eigen::Vector3d& at : lasso.contour_mm) EXPECT_GT(at.x(), 36.9);
+  now = truth;
+  now.voxels[(std::size_t(5) * 48 + 20) * 48 + 44] = 1;
+  EXPECT_FALSE(lasso_at_error(truth, now, *worst_error(truth, now), 1)) << "one voxel is too small";
 }
 
 }  // namespace
