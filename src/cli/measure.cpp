@@ -6,6 +6,7 @@
 #include "app/progress.h"
 #include "app/simulate.h"
 #include "cli/commands.h"
+#include "cli/run_scene.h"
 #include "gpu/backend.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
@@ -22,12 +23,18 @@ struct MeasureOptions {
 };
 
 void write_measurements(const MeasureOptions& options, const Console& console) {
-  if (!options.output.empty()) OutputChecks({options.scene}).require_file(options.output);
+  const std::filesystem::path folder = std::filesystem::path(options.scene).parent_path();
+  const auto check = [&](const SceneFile& file) {
+    if (options.output.empty()) return;
+    OutputChecks checks(inputs_of(file, folder));
+    checks.add_input(options.scene);
+    checks.require_file(options.output);
+  };
   std::string table;
   std::vector<std::string> warnings;
   {
     const Progress progress(console, "measuring");
-    LoadedInput loaded = load_scene(options.scene);
+    LoadedInput loaded = load_scene(options.scene, {.check = check});
     warnings = std::move(loaded.warnings);
     Session session(make_cpu_engine());
     session.open(std::move(loaded.scene), std::move(loaded.volume));  // completes the meshes

@@ -25,22 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files that the scene refers to; missing files are omitted.
-std::vector<fs::path> inputs_of(const SceneFile& file, const fs::path& folder) {
-  std::vector<fs::path> inputs{file.volume};
-  const auto add = [&](const std::string& path) {
-    try {
-      inputs.push_back(find_data(path, folder));
-    } catch (const Error&) {  // reported when the file is read
-    }
-  };
-  for (const MeshItem& item : file.scene.meshes) {
-    if (item.start) add(item.start->path);
-    if (item.reference) add(item.reference->labels);
-  }
-  return inputs;
-}
-
 void write_outputs(const RunOptions& options, const Session& session, RunReport& report, bool low_is_bright,
                    const Console& console) {
   const Scene& scene = session.scene();
@@ -74,9 +58,25 @@ VolumeSampling sampling_named(const std::string& name) {
 
 }  // namespace
 
+std::vector<fs::path> inputs_of(const SceneFile& file, const fs::path& folder) {
+  std::vector<fs::path> inputs{file.volume};
+  const auto add = [&](const std::string& path) {
+    try {
+      inputs.push_back(find_data(path, folder));
+    } catch (const Error&) {  // reported when the file is read
+    }
+  };
+  for (const MeshItem& item : file.scene.meshes) {
+    if (item.start) add(item.start->path);
+    if (item.reference) add(item.reference->labels);
+  }
+  return inputs;
+}
+
 void check_outputs(const RunOptions& options, OutputChecks& checks) {
   if (options.backend == "cuda" && options.threads > 0)
     throw Error("--threads", "it applies to the CPU, not to --backend cuda", "omit one of the two");
+  if (!options.grid.empty()) checks.add_input(options.grid);
   if (!options.labels.empty()) require_labels_name(options.labels);
   if (!options.picture.empty()) require_view_name(options.picture);
   if (!options.save.empty()) require_scene_name(options.save);
@@ -88,7 +88,7 @@ void check_outputs(const RunOptions& options, OutputChecks& checks) {
     throw Error("--grid", "there is nothing to write on it", "add --labels or --fractions, or omit it");
   if (options.grid.empty()) return;
   open_volume(options.grid);  // throws before the run if it cannot be read
-  if (!options.labels.empty() && fs::path(options.labels).extension() == ".dcm")
+  if (!options.labels.empty() && extension_of(options.labels) == ".dcm")
     throw Error("--grid", "DICOM labels need the grid of their image", "write another format, or omit --grid");
 }
 
@@ -109,7 +109,7 @@ void check_outputs(const RunOptions& options, const SceneFile& file, const fs::p
   for (const auto& [output, extension] : {std::pair(options.meshes, "." + options.mesh_format),
                                           std::pair(options.fractions, std::string(kFractionsExtension))}) {
     std::error_code failure;
-    if (output.empty() || !fs::is_directory(output, failure)) continue;
+    if (output.empty() || !fs::is_directory(output, failure)) continue;  // a new folder contains no input
     for (const std::string& name : mesh_file_names(file.scene, extension)) checks.require_file(fs::path(output) / name);
   }
 }

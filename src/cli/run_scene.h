@@ -43,6 +43,8 @@ struct RunInput {
   std::optional<LogFile> log;  ///< log that replaces the steps of the scene; none: no log
   double start = 0;            ///< seconds_now() before the input was read
 };
+/// Files that the scene refers to; missing files are omitted. `folder`: folder of the scene file.
+std::vector<std::filesystem::path> inputs_of(const SceneFile& file, const std::filesystem::path& folder);
 /// Throws Error for invalid options, and for outputs whose names are not supported or that cannot be written. Needs no
 /// scene, so that nothing is read before. `checks`: inputs, and outputs of other scenes.
 void check_outputs(const RunOptions& options, OutputChecks& checks);

@@ -28,7 +28,7 @@ void segment(const SegmentOptions& options, const Console& console) {
     const Progress progress(console, "reading");
     const SegmentRequest& request = options.request;
     const std::vector<std::filesystem::path> read_from{request.image, request.scene, request.start_labels,
-                                                       request.reference};
+                                                       request.reference, request.label_preset};
     const auto check = [&](const SceneFile& file) { check_outputs(options.run, file, "", read_from); };
     if (options.plan) {
       input.loaded = load_scene(segment_scene(request), "",

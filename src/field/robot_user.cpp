@@ -202,12 +202,15 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
     const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
     if (kind_of_click == RobotClickKind::Lassos) {
       if (const std::optional<RobotLasso> lasso = lasso_at_error(part, before, *error, click + 1)) {
-        const std::vector<Mark> added =
-            marks_of_strokes(prompt_of_lasso(lasso->kind, lasso->contour_mm, lasso->normal, truth.geometry));
-        marks.insert(marks.end(), added.begin(), added.end());
-        continue;
+        try {
+          const std::vector<Mark> added =
+              marks_of_strokes(prompt_of_lasso(lasso->kind, lasso->contour_mm, lasso->normal, truth.geometry));
+          marks.insert(marks.end(), added.begin(), added.end());
+          continue;
+        } catch (const Error&) {  // too thin for a lasso
+        }
       }
-      kind_of_click = RobotClickKind::Marks;  // too small for a lasso
+      kind_of_click = RobotClickKind::Marks;
     }
     if (kind_of_click == RobotClickKind::Strokes) {
       const std::vector<Eigen::Vector3d> path = stroke_in_error(part, before, *error, click + 1);

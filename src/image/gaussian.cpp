@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/gaussian.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -8,7 +9,7 @@ namespace simplexseg {
 namespace {
 
 void smooth_along(std::vector<float>& values, const VoxelBox& box, int axis, double deviation_voxels) {
-  const int reach = static_cast<int>(std::ceil(3 * deviation_voxels));
+  const int reach = static_cast<int>(std::min(std::ceil(3 * deviation_voxels), std::max(box.size[axis] - 1.0, 3.0)));
   std::vector<float> weight(static_cast<std::size_t>(reach) + 1);
   float sum = 0;
   for (int r = 0; r <= reach; ++r) {

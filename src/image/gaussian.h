@@ -8,7 +8,8 @@
 namespace simplexseg {
 
 /// Smooths the values of a box with a Gaussian of the given standard deviation along each axis, voxels; 0: not along
-/// this axis. The Gaussian is truncated at three standard deviations; values beyond the box are 0.
+/// this axis. The Gaussian is truncated at three standard deviations or the size of the box; values beyond the box are
+/// 0.
 void smooth_gaussian(std::vector<float>& values, const VoxelBox& box, const std::array<double, 3>& deviation_voxels);
 
 }  // namespace simplexseg

@@ -115,11 +115,14 @@ VoxelBox box_of_contour(const PaintStroke& stroke, const VolumeGeometry& grid, c
                               ? 0.5 * stroke.brush.thickness_mm
                               : extent_mm.norm() + (stroke.vertices_mm[0] - grid.centre_mm()).norm();
   Eigen::Vector3d low = index * stroke.vertices_mm[0], high = low;
-  for (const Eigen::Vector3d& vertex : stroke.vertices_mm)
+  const Eigen::Vector3d& normal = stroke.brush.normal;
+  for (const Eigen::Vector3d& place : stroke.vertices_mm) {
+    const Eigen::Vector3d vertex = place - normal.dot(place - stroke.vertices_mm[0]) * normal;
     for (const double side_mm : {-reach_mm, reach_mm}) {
-      const Eigen::Vector3d at = index * (vertex + side_mm * stroke.brush.normal);
+      const Eigen::Vector3d at = index * (vertex + side_mm * normal);
       low = low.cwiseMin(at), high = high.cwiseMax(at);
     }
+  }
   const Eigen::Vector3d rounding = Eigen::Vector3d::Constant(1e-6);
   return box_between(low - rounding, high + rounding, within);
 }

@@ -15,12 +15,29 @@ PlaneContour::PlaneContour(std::span<const Eigen::Vector3d> vertices_mm, const E
   origin_ = vertices_mm[0];
   u_ = normal.unitOrthogonal(), v_ = normal.cross(u_);
   for (const Eigen::Vector3d& vertex : vertices_mm) vertices_.push_back(in_plane(vertex));
+  const auto [low, high] = std::ranges::minmax_element(
+      vertices_, [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a[1] < b[1]; });
+  low_ = (*low)[1], high_ = (*high)[1];
+  strips_.resize(std::clamp<std::size_t>(vertices_.size(), 1, 256));
+  for (std::size_t n = 0; n < vertices_.size(); ++n) {
+    const double a = vertices_[n][1], b = vertices_[(n + 1) % vertices_.size()][1];
+    for (std::size_t s = strip_of(std::min(a, b)); s <= strip_of(std::max(a, b)); ++s)
+      strips_[s].push_back(static_cast<int>(n));
+  }
+}
+
+std::size_t PlaneContour::strip_of(double along) const {
+  const double share = high_ > low_ ? (along - low_) / (high_ - low_) : 0;
+  const auto last = static_cast<double>(strips_.size() - 1);
+  return static_cast<std::size_t>(std::clamp(share * static_cast<double>(strips_.size()), 0.0, last));
 }
 
 // Method: Sunday 2001, Inclusion of a Point in a Polygon.
 bool PlaneContour::encloses_in_plane(const Eigen::Vector2d& p) const {
+  if (p[1] < low_ || p[1] > high_) return false;
   int winding = 0;
-  for (std::size_t n = 0; n < vertices_.size(); ++n) {
+  for (const int side : strips_[strip_of(p[1])]) {
+    const auto n = static_cast<std::size_t>(side);
     const Eigen::Vector2d &a = vertices_[n], &b = vertices_[(n + 1) % vertices_.size()];
     if ((a[1] <= p[1]) == (b[1] <= p[1])) continue;
     const Eigen::Vector2d along = b - a, to = p - a;

@@ -25,9 +25,13 @@ class PlaneContour {
 
  private:
   bool encloses_in_plane(const Eigen::Vector2d& p) const;
+  std::size_t strip_of(double along) const;
 
   Eigen::Vector3d origin_, u_, v_;
   std::vector<Eigen::Vector2d> vertices_;
+  /// Sides, by their first vertex, that cross each of the strips of equal width along the second coordinate.
+  std::vector<std::vector<int>> strips_;
+  double low_ = 0, high_ = 0;  ///< smallest and largest second coordinate
 };
 
 }  // namespace simplexseg

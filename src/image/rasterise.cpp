@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "core/error.h"
 #include "mesh/mesh_geometry.h"
@@ -142,6 +143,9 @@ Mask rasterise(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
 
 std::vector<float> inside_fractions(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
   geometry.validate("grid of the fractions");
+  for (const int a : {1, 2})
+    if (geometry.size[a] > std::numeric_limits<int>::max() / kLines)
+      throw Error("the grid of the fractions", "it has too many voxels along an axis", "use a smaller grid");
   std::vector<float> fractions(geometry.voxel_count(), 0.0f);
   if (mesh.positions.empty()) return fractions;
   VolumeGeometry lines = geometry;  // lines along i through each voxel

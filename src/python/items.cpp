@@ -98,6 +98,8 @@ VoxelEdit voxel_edit_of(const std::string& name, bool uses_stroke) {
 
 ScenePoint edit_voxels(const SceneMesh& mesh, const std::string& name, const std::optional<double>& size,
                        const std::optional<SceneMesh>& other) {
+  if (other && other->session != mesh.session)
+    throw Error("other", "it is a mesh of another session", "use a mesh of this session");
   const VoxelEdit edit = voxel_edit_of(name, false);
   const double default_size = info_of(edit).size.default_value;
   return {{mesh.session,

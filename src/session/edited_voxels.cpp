@@ -12,6 +12,7 @@
 #include "field/quantile.h"
 #include "image/gaussian.h"
 #include "image/label_surface.h"
+#include "session/label_map.h"
 #include "session/paint.h"
 #include "session/scene_checks.h"
 
@@ -173,7 +174,11 @@ std::shared_ptr<const PaintVoxels> edited_voxels(const Scene& scene, const MeshI
     throw Error(name, "it needs another segmentation", "choose one of the scene");
   if (info.size.name[0] != '\0') check_value(info.size, static_cast<float>(size), info.title);
   std::array<int, 3> margin;
-  for (int a = 0; a < 3; ++a) margin[a] = static_cast<int>(std::ceil(reach_of(edit, size) / grid.spacing_mm[a])) + 1;
+  const Eigen::Matrix3d index_from_mm = grid.index_from_world().linear();
+  for (int a = 0; a < 3; ++a) {
+    const double reach = std::ceil(reach_of(edit, size) * index_from_mm.row(a).norm()) + 1;
+    margin[a] = static_cast<int>(std::min(reach, static_cast<double>(grid.size[a])));
+  }
   VoxelBox box = box_of_object(scene, item, grid);
   if (edit == VoxelEdit::Add) box = around_both(box, box_of_object(scene, *other, grid));
   box = widened(box, margin, grid);
@@ -187,7 +192,8 @@ std::shared_ptr<const PaintVoxels> edited_voxels(const Scene& scene, const MeshI
       keep_largest_part(after);
       break;
     case VoxelEdit::RemoveSmall:
-      remove_parts(after, static_cast<std::size_t>(std::ceil(size / grid.spacing_mm.prod() * (1 - 1e-9))));
+      remove_parts(after,
+                   static_cast<std::size_t>(std::ceil(size * std::abs(index_from_mm.determinant()) * (1 - 1e-9))));
       break;
     case VoxelEdit::FillHoles:
       fill_cavities(after, after.voxels.size());
@@ -235,10 +241,18 @@ std::shared_ptr<const PaintVoxels> stroked_voxels(const Scene& scene, const Mesh
     path.radius_mm *= 0.5;
     inside = similar_voxels(covered, voxels_of(path, grid), volume);
   }
+  std::vector<char> of_others(paint->voxels.size());  // voxels of the object whose label is that of another one
+  if (stroke.edit == VoxelEdit::Freeze && scene.meshes.size() > 1) {
+    const LabelMap owners = make_label_map(scene, paint->box, grid);
+    visit_voxel_type(owners.labels.type(), [&]<class T>(std::type_identity<T>) {
+      const std::span<const T> labels = owners.labels.voxels<T>();
+      for (std::size_t v = 0; v < labels.size(); ++v) of_others[v] = static_cast<int>(labels[v]) != item.label;
+    });
+  }
   for (std::size_t v = 0; v < paint->voxels.size(); ++v) {
     if (paint->voxels[v] == VoxelPaint::None) continue;
     if (stroke.edit == VoxelEdit::Freeze)
-      paint->voxels[v] = inside.voxels[v] ? VoxelPaint::Inside : VoxelPaint::Outside;
+      paint->voxels[v] = !inside.voxels[v] ? VoxelPaint::Outside : of_others[v] ? VoxelPaint::None : VoxelPaint::Inside;
     else if (!inside.voxels[v])
       paint->voxels[v] = VoxelPaint::None;
   }

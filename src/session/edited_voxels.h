@@ -15,7 +15,7 @@ std::shared_ptr<const PaintVoxels> edited_voxels(const Scene& scene, const MeshI
                                                  const MeshItem* other, const VolumeGeometry& grid);
 
 /// Voxels that an edit sets under a stroke of paint.
-/// - Freeze: all voxels under the stroke, with their present state.
+/// - Freeze: the voxels under the stroke, with their present state, except those whose label is that of another object.
 /// - SmartPaint: those that are connected to the path (across faces) through voxels with similar intensities: within
 ///   3 robust standard deviations (1.4826 median absolute deviations) of the median within half of the radius of the
 ///   path; and the cavities in them.

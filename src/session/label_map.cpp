@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -29,29 +30,25 @@ std::optional<float> field_at(const MeshItem& item, const Eigen::Vector3d& place
 }
 
 /// Voxels that paint puts into an object belong to it, whatever the surfaces and fields of others contain; the last
-/// stroke in the scene counts. Voxels that it removes from an object remain with the others. A frozen part changes no
-/// label.
+/// stroke in the scene counts. Voxels that it removes from an object remain with the others.
 template <class T>
 void set_painted_voxels(const Scene& scene, const VolumeGeometry& geometry, std::span<T> voxels) {
   const VoxelBox all{{0, 0, 0}, geometry.size};
-  for (std::size_t p = 0; p < scene.points.size(); ++p) {
+  // From the last stroke to the first: a voxel is decided by the first that is met.
+  std::vector<bool> decided;
+  std::map<ItemId, std::vector<bool>> erased;  // of each mesh
+  for (std::size_t p = scene.points.size(); p-- > 0;) {
     const UserPoint& point = scene.points[p];
-    if (!point.is_paint() || point.edit == VoxelEdit::Freeze) continue;
-    const MeshItem* const item = scene.find_mesh(point.mesh);
+    const MeshItem* const item = point.is_paint() ? scene.find_mesh(point.mesh) : nullptr;
     if (!item || item->mesh.positions.empty()) continue;
-    StrokeVoxels stroke = voxels_of(paint_stroke_of(point), geometry);
-    // Later strokes remove voxels of the same object again.
-    for (std::size_t later = p + 1; later < scene.points.size(); ++later) {
-      const UserPoint& eraser = scene.points[later];
-      if (!eraser.is_paint() || eraser.mesh != point.mesh) continue;
-      voxels_of(paint_stroke_of(eraser), geometry, stroke.box).for_each([&](int i, int j, int k, bool inside) {
-        if (inside) return;
-        stroke.voxels[stroke.box.offset(i - stroke.box.first[0], j - stroke.box.first[1], k - stroke.box.first[2])] =
-            VoxelPaint::None;
-      });
-    }
-    stroke.for_each([&](int i, int j, int k, bool inside) {
-      if (inside) voxels[all.offset(i, j, k)] = static_cast<T>(item->label);
+    std::vector<bool>& removed = erased[item->id];
+    decided.resize(voxels.size()), removed.resize(voxels.size());
+    for_each_voxel(paint_stroke_of(point), geometry, [&](int i, int j, int k, bool inside) {
+      const std::size_t v = all.offset(i, j, k);
+      if (!inside)
+        removed[v] = true;
+      else if (!removed[v] && !decided[v])
+        decided[v] = true, voxels[v] = static_cast<T>(item->label);
     });
   }
 }

@@ -386,5 +386,22 @@ TEST_F(Run, FractionsAndLabelsGetTheGridOfAnotherVolume) {
   EXPECT_EQ(call({"run", path("scene.json"), "--labels", path("x.nii"), "--grid", path("missing.nii")}).status, 2);
 }
 
+TEST_F(Run, OutputsDoNotReplaceTheGridOrTheImageOfAScene) {
+  fs::copy_file(path("truth.nii.gz"), path("grid.nii.gz"));
+  const std::string grid = text_of("grid.nii.gz"), image = text_of("image.nii.gz");
+  EXPECT_EQ(call({"run", path("scene.json"), "--grid", path("grid.nii.gz"), "--labels", path("grid.nii.gz")}).status,
+            2);
+  fs::create_directory(path("fractions"));
+  fs::copy_file(path("grid.nii.gz"), path("fractions/ball.nii.gz"));
+  EXPECT_EQ(call({"run", path("scene.json"), "--grid", path("fractions/ball.nii.gz"), "--fractions", path("fractions")})
+                .status,
+            2);
+  EXPECT_EQ(text_of("fractions/ball.nii.gz"), grid);
+  EXPECT_EQ(call({"measure", path("scene.json"), path("image.nii.gz")}).status, 2);
+  EXPECT_EQ(call({"measure", path("scene.json"), path("scene.json")}).status, 2);
+  EXPECT_EQ(text_of("grid.nii.gz"), grid);
+  EXPECT_EQ(text_of("image.nii.gz"), image);
+}
+
 }  // namespace
 }  // namespace simplexseg

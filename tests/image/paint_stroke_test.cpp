@@ -111,6 +111,8 @@ TEST(PaintStroke, OfAContourSetsWhatItEncloses) {
     for (int vertex = 0; vertex < 3 + trial % 5; ++vertex)
       stroke.vertices_mm.emplace_back(centre + 20 * (share(random) - 0.5) * u +
                                       20 * (share(random) - 0.5) * normal.cross(u));
+    // Vertices beside the plane are projected onto it.
+    if (trial % 4 == 3) stroke.vertices_mm[1] += 5 * normal;
     Mask mask{grid, std::vector<std::uint8_t>(grid.voxel_count())};
     apply(stroke, mask);
     int set = 0;

@@ -365,6 +365,10 @@ def test_voxels_are_edited_and_frozen(session):
     assert (session.labels().array.astype(bool) == before).all()
     with pytest.raises(Error, match="use one of"):
         mesh.edit_voxels("freeze")
+    with Session(Volume(np.zeros((8, 8, 8), np.uint8))) as another:
+        stranger = another.add_mesh("stranger", centre=(4, 4, 4), radius=2)
+        with pytest.raises(Error, match="another session"):
+            mesh.edit_voxels("add", other=stranger)
     centre = np.asarray(mesh.mesh.centroid)
     square = [centre + offset for offset in ((-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0))]
     mesh.add_lasso(square, normal=(0, 0, 1))

@@ -223,6 +223,78 @@ TEST(Freeze, ChangesNoLabelOfAnotherObject) {
   EXPECT_TRUE(std::ranges::equal(before.labels.voxels<std::uint8_t>(), after.labels.voxels<std::uint8_t>()));
 }
 
+TEST(Freeze, KeepsTheLabelsWhereObjectsOverlap) {
+  const auto session = open_for_edits();
+  const ItemId first = first_mesh(*session).id;
+  session->apply(DuplicateMesh{first});
+  const auto labels = [&] {
+    const LabelMap map = make_label_map(session->scene(), session->volume().geometry());
+    const auto voxels = map.labels.voxels<std::uint8_t>();
+    return std::vector<std::uint8_t>(voxels.begin(), voxels.end());
+  };
+  AddPoint stroke = painted_ball(*session, {18, 0, 0}, 6);
+  stroke.edit = VoxelEdit::Freeze;
+  for (const MeshItem& item : std::vector<MeshItem>(session->scene().meshes)) {
+    stroke.mesh = item.id;
+    session->apply(stroke);
+  }
+  const std::vector<std::uint8_t> before = labels();
+  Mask region{session->volume().geometry(), std::vector<std::uint8_t>(before.size())};
+  apply(PaintStroke{true, {{18, 0, 0}}, 6}, region);
+  session->apply(AddPoint{first, {17, 3, 0}, MarkKind::Outside, 4});
+  session->apply(AddPoint{first, {0, 0, 19}, MarkKind::Outside, 4});
+  session->advance_steps(60);
+  const std::vector<std::uint8_t> after = labels();
+  std::size_t wrong = 0, changed = 0;
+  for (std::size_t v = 0; v < after.size(); ++v) {
+    wrong += region.voxels[v] && after[v] != before[v];
+    changed += after[v] != before[v];
+  }
+  EXPECT_EQ(wrong, 0u);
+  EXPECT_GT(changed, 10u) << "elsewhere";
+}
+
+/// Session with a ball of 8 mm as labels, on a sheared grid.
+std::unique_ptr<Session> open_sheared() {
+  VolumeGeometry grid;
+  grid.size = {40, 40, 40};
+  grid.direction.col(1) = Eigen::Vector3d(std::sin(0.6), std::cos(0.6), 0);
+  grid.origin_mm = {-30, -16, -20};
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  auto session = std::make_unique<Session>(make_cpu_engine(2), nullptr, 2);
+  session->open(std::move(scene), Volume(grid, VoxelType::UInt8));
+  session->apply(AddMesh{"ball", {{0, 0, 0}, 8}, std::nullopt});
+  return session;
+}
+
+TEST(VoxelEdits, MeasureInMillimetresOnShearedGrids) {
+  const auto session = open_sheared();
+  const VolumeGeometry grid = session->volume().geometry();
+  const Mask ball = object_of(*session);
+  session->apply(painted_ball(*session, {0, 13, 0}, 2));
+  const double voxel_mm3 = std::abs(grid.world_from_index().linear().determinant());
+  const double part_mm3 = static_cast<double>(count(object_of(*session)) - count(ball)) * voxel_mm3;
+  EXPECT_FALSE(refusal(*session, edit_of(*session, VoxelEdit::RemoveSmall, 0.9 * part_mm3)).empty());
+  session->apply(edit_of(*session, VoxelEdit::RemoveSmall, 1.1 * part_mm3));
+  EXPECT_EQ(object_of(*session).voxels, ball.voxels);
+  session->apply(edit_of(*session, VoxelEdit::Margin, 5));
+  const Mask grown = object_of(*session);
+  const Eigen::Affine3d world = grid.world_from_index();
+  const VoxelBox all{{0, 0, 0}, grid.size};
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i) {
+        const double distance = (world * Eigen::Vector3d(i, j, k)).norm();
+        if (distance < 11.5) {
+          ASSERT_TRUE(grown.voxels[all.offset(i, j, k)]) << distance;
+        }
+        if (distance > 13.2) {
+          ASSERT_FALSE(grown.voxels[all.offset(i, j, k)]) << distance;
+        }
+      }
+}
+
 TEST(SmartPaint, StopsAtEdgesOfTheImage) {
   const auto session = open_for_edits();
   // The object without a part: the stroke along the surface, inside the ball of the image, restores it.

@@ -20,6 +20,7 @@ class OutputChecks {
  public:
   /// `inputs`: files and folders that the command reads; empty and missing paths are ignored.
   explicit OutputChecks(std::vector<std::filesystem::path> inputs) : inputs_(std::move(inputs)) {}
+  void add_input(std::filesystem::path input) { inputs_.push_back(std::move(input)); }
   /// Throws the errors of require_writable_output(), and Error if the file is an input, belongs to one (DICOM image in
   /// an input folder, voxels of a detached header), or was named before.
   void require_file(const std::filesystem::path& output);

@@ -31,7 +31,8 @@ using namespace history;
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30;
-constexpr std::size_t kMaxTextBytes = std::size_t{16} << 20;  // JSON text of one scene
+constexpr std::size_t kMaxTextBytes = std::size_t{16} << 20;     // JSON text of one scene
+constexpr std::size_t kMaxPaintedVoxels = std::size_t{1} << 29;  // in the boxes of all sets
 constexpr std::size_t kMaxHeadItems = 4'000'000;
 constexpr std::int64_t kMaxId = 1'000'000'000;
 
@@ -112,7 +113,9 @@ class HistoryReader {
       scene.points[k].mesh = ids.at(scene.points[k].mesh), scene.points[k].id = id_of(points[k]);
     if (saved.contains("voxels"))
       for (const json& pair : saved.at("voxels")) {
-        UserPoint& paint = scene.points.at(pair.at(0).get<std::size_t>());
+        const auto point = pair.at(0).get<std::size_t>();
+        expect(point < scene.points.size() && !scene.points[point].voxels, "its painted voxels belong to no point");
+        UserPoint& paint = scene.points[point];
         paint.voxels = painted_voxels(pair.at(1)), paint.brush = {PaintBrush::Shape::Voxels};
       }
     const json measurements = saved.value("measurements", json::array());  // absent without measurements
@@ -194,7 +197,10 @@ class HistoryReader {
 
   std::shared_ptr<const PaintVoxels> painted_voxels(const json& saved) {
     std::shared_ptr<const PaintVoxels>& cached = voxels_[number_of(saved)];
-    if (!cached) cached = read_voxels(JsonInput::of_text(text_of_block(saved), place_, "paint"));
+    if (cached) return cached;
+    cached = read_voxels(JsonInput::of_text(text_of_block(saved), place_, "paint"));
+    painted_count_ += cached->voxels.size();
+    expect(painted_count_ <= kMaxPaintedVoxels, "its sets of painted voxels are too large");
     return cached;
   }
 
@@ -217,6 +223,7 @@ class HistoryReader {
       blocks_;
   std::map<std::size_t, std::shared_ptr<const MeshField>> fields_;
   std::map<std::size_t, std::shared_ptr<const PaintVoxels>> voxels_;
+  std::size_t painted_count_ = 0;  ///< voxels of all boxes in `voxels_`
   std::map<std::size_t, std::shared_ptr<const SimplexMesh>> starts_;
 };
 

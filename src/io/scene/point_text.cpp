@@ -52,13 +52,13 @@ VoxelEdit read_voxel_edit(const JsonInput& input) {
 }
 
 std::shared_ptr<const PaintVoxels> read_voxels(const JsonInput& input) {
-  constexpr std::size_t kMostVoxels = std::size_t{1} << 30;
+  constexpr std::size_t kMostVoxels = std::size_t{1} << 28;
   input.expect_keys({"size", "spacing_mm", "origin_mm", "direction", "runs"});
   auto voxels = std::make_shared<PaintVoxels>();
   const Eigen::Vector3d size = input["size"].vector3();
   for (int a = 0; a < 3; ++a) voxels->box.size[a] = input["size"][a].integer_between(1, 1 << 20);
   if (size.prod() > static_cast<double>(kMostVoxels))
-    input["size"].fail("the box is too large", "use at most 2^30 voxels");
+    input["size"].fail("the box is too large", "use at most 2^28 voxels");
   voxels->box.spacing_mm = input["spacing_mm"].vector3();
   voxels->box.origin_mm = input["origin_mm"].vector3();
   if (input["direction"].size() != 3) input["direction"].fail("it has not three axes", "use the axes i, j, k");

@@ -228,9 +228,14 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     scene.meshes.push_back(std::move(item));
   }
   colour_meshes(input, scene);
+  constexpr std::size_t kMostPaintedVoxels = std::size_t{1} << 29;  // in the boxes of all sets
+  std::size_t painted = 0;
   const int point_count = input.has("points") ? input["points"].size() : 0;
   for (int p = 0; p < point_count; ++p) {
     scene.points.push_back(read_point(input["points"][p], scene));
+    if (const auto& set = scene.points.back().voxels) painted += set->voxels.size();
+    if (painted > kMostPaintedVoxels)
+      input["points"].fail("its sets of painted voxels are too large", "use at most 2^29 voxels in all boxes together");
     scene.points.back().id = static_cast<ItemId>(mesh_count + p + 1);
   }
   if (input.has("labels")) {
