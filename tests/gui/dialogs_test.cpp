@@ -107,6 +107,7 @@ class DialogsTest : public PausedPhantomTest {
 };
 
 TEST_F(DialogsTest, EachDialogOfAnActionIsClosedByEsc) {
+  window_->panels().set_researcher(true);  // for Compare
   const Act acts[] = {Act::Open,       Act::OpenFolder, Act::OpenReference,  Act::SaveScene,    Act::SaveSceneAs,
                       Act::SaveLabels, Act::SaveMeshes, Act::MeshFromLabels, Act::MeshFromFile, Act::Screenshot,
                       Act::Help,       Act::Messages,   Act::About,          Act::Compare,      Act::Archive};

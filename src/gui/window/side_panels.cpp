@@ -100,7 +100,7 @@ void SidePanels::arrange() {
       const int at = target->insertTab(target == tabs_ ? next : target->count(), panel, panel->objectName());
       target->setTabToolTip(at, panel->objectName());
     }
-    if (!target) panel->setParent(this), panel->hide();
+    if (!target) panel->hide();
     next += target == tabs_;
   }
   const int rows = separate_row ? 3 : 2;
