@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/window/voxel_menu.h"
 
+#include <QCoreApplication>
 #include <QInputDialog>
 
 #include "gui/look/point_style.h"

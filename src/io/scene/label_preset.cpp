@@ -203,6 +203,7 @@ std::vector<const PresetLabel*> matching_labels(std::span<const PresetLabel> lab
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<const PresetLabel*> matches;
+  matches.reserve(ranked.size());
   for (const auto& [rank, label] : ranked) matches.push_back(label);
   return matches;
 }

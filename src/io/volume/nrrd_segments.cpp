@@ -92,7 +92,7 @@ SegmentCode code_of_tags(const std::string& tags) {
       const std::vector<std::string> parts = parts_of(fields[c + 1], '^');
       if (parts.size() == 3 && !parts[1].empty()) codes[c] = {parts[0], parts[1], parts[2]};
     }
-    const SegmentCode code{codes[0], codes[1], codes[2]};
+    SegmentCode code{codes[0], codes[1], codes[2]};
     if (!code.empty() && fault_of(code).empty()) return code;
   }
   return {};
