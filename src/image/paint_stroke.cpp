@@ -9,6 +9,7 @@
 
 #include "core/expect.h"
 #include "image/plane_contour.h"
+#include "image/voxel_box.h"
 
 namespace simplexseg {
 namespace {
@@ -38,19 +39,6 @@ VoxelBox box_around(const Eigen::Vector3d& a_index, const Eigen::Vector3d& b_ind
   return box_between(a_index.cwiseMin(b_index) - reach, a_index.cwiseMax(b_index) + reach, within);
 }
 
-void extend(VoxelBox& box, const VoxelBox& by) {
-  if (by.voxel_count() == 0) return;
-  if (box.voxel_count() == 0) {
-    box = by;
-    return;
-  }
-  for (int a = 0; a < 3; ++a) {
-    const int end = std::max(box.first[a] + box.size[a], by.first[a] + by.size[a]);
-    box.first[a] = std::min(box.first[a], by.first[a]);
-    box.size[a] = end - box.first[a];
-  }
-}
-
 VoxelPaint paint_of(const PaintStroke& stroke) { return stroke.inside ? VoxelPaint::Inside : VoxelPaint::Outside; }
 
 StrokeVoxels voxels_of_brush(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
@@ -75,7 +63,7 @@ StrokeVoxels voxels_of_brush(const PaintStroke& stroke, const VolumeGeometry& gr
     return box_around(index * a, index * b, reach_mm, index.linear(), within);
   };
   StrokeVoxels found;
-  for (std::size_t s = 0; s < segments; ++s) extend(found.box, box_of(s));
+  for (std::size_t s = 0; s < segments; ++s) found.box = united(found.box, box_of(s));
   found.voxels.assign(found.box.voxel_count(), VoxelPaint::None);
   const VoxelPaint set = paint_of(stroke);
   if (found.voxels.empty()) return {};
@@ -109,8 +97,8 @@ StrokeVoxels voxels_of_brush(const PaintStroke& stroke, const VolumeGeometry& gr
 /// Voxels of `within` in which the interior of a contour may lie.
 VoxelBox box_of_contour(const PaintStroke& stroke, const VolumeGeometry& grid, const VoxelBox& within) {
   const Eigen::Affine3d index = grid.index_from_world();
-  const Eigen::Vector3d extent_mm = grid.spacing_mm.cwiseProduct(
-      Eigen::Vector3d(grid.size[0], grid.size[1], grid.size[2]));  // a longer way leaves the volume
+  const Eigen::Vector3d extent_mm =
+      grid.spacing_mm.cwiseProduct(Eigen::Vector3d(grid.size[0], grid.size[1], grid.size[2]));
   const double reach_mm = stroke.brush.thickness_mm > 0
                               ? 0.5 * stroke.brush.thickness_mm
                               : extent_mm.norm() + (stroke.vertices_mm[0] - grid.centre_mm()).norm();

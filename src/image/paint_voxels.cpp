@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "image/voxel_rows.h"
 
 namespace simplexseg {
 
@@ -21,19 +22,16 @@ std::shared_ptr<const PaintVoxels> difference_of(const Mask& before, const Mask&
   SIMPLEXSEG_EXPECT(before.geometry.size == after.geometry.size && before.voxels.size() == after.voxels.size());
   Mask changed{before.geometry, before.voxels};
   for (std::size_t v = 0; v < changed.voxels.size(); ++v) changed.voxels[v] = before.voxels[v] != after.voxels[v];
-  const VoxelBox box = bounding_box(changed, changed), all{{0, 0, 0}, before.geometry.size};
+  const VoxelBox box = bounding_box(changed, changed);
   if (box.voxel_count() == 0) return nullptr;
   auto paint = std::make_shared<PaintVoxels>();
   paint->box = grid_of_box(before.geometry, box);
-  paint->voxels.reserve(box.voxel_count());
-  for (int k = 0; k < box.size[2]; ++k)
-    for (int j = 0; j < box.size[1]; ++j)
-      for (int i = 0; i < box.size[0]; ++i) {
-        const std::size_t v = all.offset(box.first[0] + i, box.first[1] + j, box.first[2] + k);
-        paint->voxels.push_back(!changed.voxels[v] ? VoxelPaint::None
-                                : after.voxels[v]  ? VoxelPaint::Inside
-                                                   : VoxelPaint::Outside);
-      }
+  paint->voxels.assign(box.voxel_count(), VoxelPaint::None);
+  for_each_row(box, {{0, 0, 0}, before.geometry.size}, [&](std::size_t in_box, std::size_t in_mask) {
+    for (int i = 0; i < box.size[0]; ++i)
+      if (changed.voxels[in_mask + i])
+        paint->voxels[in_box + i] = after.voxels[in_mask + i] ? VoxelPaint::Inside : VoxelPaint::Outside;
+  });
   return paint;
 }
 

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "core/error.h"
-#include "core/number_text.h"
 #include "field/quantile.h"
 #include "image/gaussian.h"
 #include "image/label_surface.h"
+#include "image/voxel_box.h"
+#include "image/voxel_rows.h"
 #include "session/label_map.h"
 #include "session/paint.h"
 #include "session/scene_checks.h"
@@ -20,26 +20,6 @@ namespace simplexseg {
 namespace {
 
 constexpr double kDeviations = 3;  // of SmartPaint: accepted difference from the median, standard deviations
-
-/// Smallest box of a grid around a box and `margin` voxels, clipped at the grid.
-VoxelBox widened(VoxelBox box, const std::array<int, 3>& margin, const VolumeGeometry& grid) {
-  for (int a = 0; a < 3; ++a) {
-    const int first = std::max(box.first[a] - margin[a], 0);
-    const int end = std::min(box.first[a] + box.size[a] + margin[a], grid.size[a]);
-    box.first[a] = first, box.size[a] = std::max(end - first, 0);
-  }
-  return box;
-}
-
-VoxelBox around_both(const VoxelBox& a, const VoxelBox& b) {
-  if (a.voxel_count() == 0 || b.voxel_count() == 0) return a.voxel_count() == 0 ? b : a;
-  VoxelBox box{};
-  for (int axis = 0; axis < 3; ++axis) {
-    box.first[axis] = std::min(a.first[axis], b.first[axis]);
-    box.size[axis] = std::max(a.first[axis] + a.size[axis], b.first[axis] + b.size[axis]) - box.first[axis];
-  }
-  return box;
-}
 
 /// Box of a grid in which the object of a mesh lies.
 VoxelBox box_of_object(const Scene& scene, const MeshItem& item, const VolumeGeometry& grid) {
@@ -57,7 +37,7 @@ VoxelBox box_of_object(const Scene& scene, const MeshItem& item, const VolumeGeo
       box.size[a] = static_cast<int>(std::clamp(std::ceil(high[a]), 0.0, last)) - box.first[a] + 1;
     }
   }
-  for (const PaintStroke& stroke : paint_of(scene, item.id)) box = around_both(box, voxels_of(stroke, grid).box);
+  for (const PaintStroke& stroke : paint_of(scene, item.id)) box = united(box, voxels_of(stroke, grid).box);
   return box;
 }
 
@@ -105,23 +85,14 @@ double reach_of(VoxelEdit edit, double size) {
   return edit == VoxelEdit::Margin ? std::max(size, 0.0) : edit == VoxelEdit::Smooth ? 3 * size : 0;
 }
 
-Error nothing_to_change(const VoxelEditInfo& info, const MeshItem& item) {
-  return {std::string(info.title) + ", segmentation '" + item.name + "'", "it would change no voxel",
-          "nothing needs to be done"};
-}
-
 /// Intensities of the voxels of a box as floats.
 std::vector<float> intensities(const Volume& volume, const VoxelBox& box) {
-  std::vector<float> values;
-  values.reserve(box.voxel_count());
-  const VoxelBox all{{0, 0, 0}, volume.geometry().size};
+  std::vector<float> values(box.voxel_count());
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    for (int k = 0; k < box.size[2]; ++k)
-      for (int j = 0; j < box.size[1]; ++j)
-        for (int i = 0; i < box.size[0]; ++i)
-          values.push_back(
-              static_cast<float>(voxels[all.offset(box.first[0] + i, box.first[1] + j, box.first[2] + k)]));
+    for_each_row(box, {{0, 0, 0}, volume.geometry().size}, [&](std::size_t in_box, std::size_t in_volume) {
+      for (int i = 0; i < box.size[0]; ++i) values[in_box + i] = static_cast<float>(voxels[in_volume + i]);
+    });
   });
   return values;
 }
@@ -180,8 +151,8 @@ std::shared_ptr<const PaintVoxels> edited_voxels(const Scene& scene, const MeshI
     margin[a] = static_cast<int>(std::min(reach, static_cast<double>(grid.size[a])));
   }
   VoxelBox box = box_of_object(scene, item, grid);
-  if (edit == VoxelEdit::Add) box = around_both(box, box_of_object(scene, *other, grid));
-  box = widened(box, margin, grid);
+  if (edit == VoxelEdit::Add) box = united(box, box_of_object(scene, *other, grid));
+  box = widened(box, margin, grid.size);
   if (box.voxel_count() == 0) throw Error(name, "it lies outside the image", "move it into the image");
   const VolumeGeometry part = grid_of_box(grid, box);
   const Mask before = object_mask(item.mesh, paint_of(scene, item.id), part);
@@ -219,7 +190,7 @@ std::shared_ptr<const PaintVoxels> edited_voxels(const Scene& scene, const MeshI
       break;
   }
   std::shared_ptr<const PaintVoxels> changed = difference_of(before, after);
-  if (!changed) throw nothing_to_change(info, item);
+  if (!changed) throw Error(name, "it would change no voxel", "nothing needs to be done");
   if (std::ranges::count(after.voxels, 1) == 0)
     throw Error(name, "it would remove the whole object", "use a smaller value, or delete the segmentation");
   return changed;

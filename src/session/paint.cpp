@@ -12,6 +12,7 @@
 #include "forces/step_view.h"
 #include "image/label_surface.h"
 #include "image/rasterise.h"
+#include "image/voxel_box.h"
 #include "image/voxel_rows.h"
 #include "session/field_voxels.h"
 
@@ -95,18 +96,6 @@ class PaintedCells {
   std::map<std::array<int, 3>, Block> blocks_;
 };
 
-/// Common part of two boxes; size 0 if there is none.
-VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
-  VoxelBox box{};
-  for (int axis = 0; axis < 3; ++axis) {
-    box.first[axis] = std::max(a.first[axis], b.first[axis]);
-    const int end = std::min(a.first[axis] + a.size[axis], b.first[axis] + b.size[axis]);
-    if (end <= box.first[axis]) return {};
-    box.size[axis] = end - box.first[axis];
-  }
-  return box;
-}
-
 /// Sets the probabilities of cells at the surface whose 26 neighbours are painted like themselves to their smoothed
 /// object mask: inside a frozen part, the surface then has no steps. `painted`: box of the paint with a margin.
 void smooth_painted_cells(std::span<const std::uint32_t> cells, const std::vector<std::uint8_t>& object,
@@ -166,15 +155,6 @@ void smooth_painted_cells(std::span<const std::uint32_t> cells, const std::vecto
                                        k + part.first[2] - around.first[2])],
                    0.0f, 1.0f);
   }
-}
-
-VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
-  VoxelBox box{};
-  for (int axis = 0; axis < 3; ++axis) {
-    box.first[axis] = std::min(a.first[axis], b.first[axis]);
-    box.size[axis] = std::max(a.first[axis] + a.size[axis], b.first[axis] + b.size[axis]) - box.first[axis];
-  }
-  return box;
 }
 
 }  // namespace
