@@ -62,7 +62,7 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   restart(item, scene_.simulation, volume_);
   scene_.meshes.push_back(std::move(item));
   const ItemId added = scene_.meshes.back().id;
-  if (box) add_strokes(box->strokes, added, true);
+  if (box) add_strokes(box->strokes, added, true, false);
   return {EngineUpdate::Meshes, added};
 }
 
@@ -79,12 +79,13 @@ void SceneEditor::remember_label(const MeshItem& item) {
   if (!taken) labels[item.name] = item.label;
 }
 
-void SceneEditor::add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues) {
+void SceneEditor::add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues, bool local) {
   for (const PromptStroke& stroke : strokes) {
     UserPoint point{next_id_++, mesh, stroke.path_mm.front(), stroke.kind, stroke.radius_mm};
     for (std::size_t p = 1; p < stroke.path_mm.size(); ++p)
       point.path_mm.emplace_back(stroke.path_mm[p] - point.position_mm);
     point.continues = std::exchange(continues, true);
+    point.local = local;
     scene_.points.push_back(std::move(point));
   }
 }
@@ -160,6 +161,7 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
   point.path_mm = command.path_mm;
   point.brush = command.brush;
   point.edit = command.edit;
+  point.local = command.local && !point.is_paint();
   if (point.is_paint()) {
     if (point.edit != VoxelEdit::None && !info_of(point.edit).uses_stroke)
       throw Error(info_of(point.edit).title, "it changes all voxels and needs no stroke", "use the command for it");
@@ -218,8 +220,20 @@ SceneChange SceneEditor::execute(const AddLasso& command) {
   if (!(std::abs(command.normal.norm() - 1) < 1e-6))
     throw Error("the lasso", "its normal is not a unit vector", "correct the normal");
   add_strokes(prompt_of_lasso(command.kind, command.contour_mm, command.normal, volume_.geometry()), command.mesh,
-              false);
+              false, command.local);
   return {EngineUpdate::Points};
+}
+
+SceneChange SceneEditor::execute(const SetIntensityRange& command) {
+  MeshItem& item = item_of(command.mesh);
+  refuse_locked(item);
+  check_range(command.range);
+  if (item.start && command.range.is_limited())
+    throw Error("segmentation '" + item.name + "'", "it starts from labels or a mesh, which the image does not change",
+                "start it from a seed to limit its intensities");
+  item.intensity_range = command.range;
+  item.cancelled = nullptr;
+  return {EngineUpdate::Nothing};
 }
 
 SceneChange SceneEditor::execute(const EditVoxels& command) {

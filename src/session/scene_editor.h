@@ -47,6 +47,7 @@ class SceneEditor {
   SceneChange execute(const ResizePoint& command);
   SceneChange execute(const EditVoxels& command);
   SceneChange execute(const AddLasso& command);
+  SceneChange execute(const SetIntensityRange& command);
   SceneChange execute(const ChooseLabelPreset& command);
   SceneChange execute(const AddMeasurement& command);
   SceneChange execute(const MoveMeasurement& command);
@@ -65,7 +66,7 @@ class SceneEditor {
   void remember_label(const MeshItem& item);
   /// Adds the strokes of a box or a lasso to a mesh. `continues`: whether the first is applied in the same update as
   /// the prompt before it, like all others.
-  void add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues);
+  void add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues, bool local);
   UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point
   /// Measurement with this id; throws Error for an unknown one.
   Measurement& measurement_of(ItemId measurement);

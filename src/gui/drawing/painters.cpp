@@ -181,7 +181,10 @@ void SlicePainter::destroy() {
   levels_ = 0;
 }
 
-void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
+void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black,
+                        const std::array<float, 2>& tinted, const Rgba& tint) const {
+  quad_.program().set("tinted", Eigen::Vector2f(tinted[0], tinted[1]));
+  quad_.program().set("tint", tint);
   quad_.program().set("darkest_shown", show_black ? -1.0f : 0.03f);
   quad_.program().set("mean_level", static_cast<float>(slice.mean_level));
   constexpr unsigned kMeans = 1;  // texture unit that slice.frag uses

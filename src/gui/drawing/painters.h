@@ -3,6 +3,7 @@
 // the view's context to be current. Only painters.cpp, label_painter.cpp and scene_buffers.cpp use OpenGL.
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -79,7 +80,9 @@ class SlicePainter {
   void create();
   void destroy();
   /// `show_black`: draws black pixels; if false, they are transparent where their surroundings are black too.
-  void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const;
+  /// `tinted`: grey values, 0 to 1, that receive the tint, the first to the last; none if the first is larger.
+  void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black,
+            const std::array<float, 2>& tinted = {1, 0}, const Rgba& tint = {}) const;
 
  private:
   SliceQuad quad_;

@@ -59,7 +59,8 @@ void StrokeTool::finish() {
     return;
   }
   if (lasso_normal_ && stroke->is_stroke()) {
-    workbench_.apply(AddLasso{stroke->mesh, stroke->kind, stroke->vertices_mm(), *lasso_normal_});
+    workbench_.apply(
+        AddLasso{stroke->mesh, stroke->kind, stroke->vertices_mm(), *lasso_normal_, workbench_.view.local_marks});
     return;
   }
   workbench_.apply(AddPoint{stroke->mesh,
@@ -69,7 +70,8 @@ void StrokeTool::finish() {
                             {0, 0, 0},
                             stroke->path_mm,
                             stroke->brush,
-                            stroke->edit});
+                            stroke->edit,
+                            workbench_.view.local_marks});
 }
 
 }  // namespace simplexseg

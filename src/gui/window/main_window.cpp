@@ -194,7 +194,8 @@ void MainWindow::build_menus() {
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed, Act::ToolBox},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze},
-                      {Act::Brush3d, Act::Lasso, Act::SmartBrush},
+                      {Act::Brush3d, Act::Lasso, Act::SmartBrush, Act::LocalMarks},
+                      {Act::ToolRange},
                       {Act::ToolRuler, Act::ToolAngle, Act::ToolEllipse},
                       {Act::WindowLevel}});
   QMenu* segmentation = fill(tr("Se&gmentation"),
@@ -266,6 +267,7 @@ void MainWindow::build_toolbar() {
   auto* group = new QActionGroup(this);
   for (QAction* tool : bar->actions()) group->addAction(tool);
   for (QAction* tool : add_measure_button(*bar, *actions_)) group->addAction(tool);
+  group->addAction((*actions_)[Act::ToolRange]);
   bar->addSeparator();
   auto* run = new QToolButton(bar);
   run->setObjectName("run");
