@@ -53,6 +53,9 @@ class SceneBuffers {
   /// Slice through the crosshair. Drawn again only if its position, window, level or the engine has changed, or after
   /// invalidate_slices(). Needs a volume.
   const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation);
+  /// Slice in any other plane, drawn again like those through the crosshair.
+  const Slice& update_free_slice(Session& session, const ViewState& view, const SliceGrid& grid);
+  void release_free_slice();
   /// Contours of the surfaces in a slice, for OutlinePainter.
   struct Outlines {
     unsigned buffer = 0;          ///< draw commands, then segments (step/display.h); 0 without meshes
@@ -104,7 +107,7 @@ class SceneBuffers {
     Buffer pixels;
     int width = 0, height = 0;  ///< size of the texture
     bool valid = false;
-    double position_mm = 0, window = 0, level = 0;
+    double window = 0, level = 0;
     bool low_is_bright = false;
   };
   struct OutlineState {
@@ -118,6 +121,8 @@ class SceneBuffers {
   static void allocate(Buffer& buffer, std::size_t bytes);
   void connect(Buffer& buffer, Session& session);
   void update_requested(Session& session, const ViewState& view);
+  static void release(SliceState& state);
+  const Slice& draw_slice(SliceState& state, Session& session, const ViewState& view, const SliceGrid& grid);
   bool write_surfaces(Session& session);
   bool write_outlines(Session& session, const ViewState& view, Orientation orientation);
   void follow_topology(Session& session);
@@ -138,7 +143,7 @@ class SceneBuffers {
   std::uint64_t revision_ = ~std::uint64_t{0}, topology_ = ~std::uint64_t{0};
   std::size_t vertex_count_ = 0;
   bool surfaces_requested_ = false;
-  SliceState slices_[3];
+  SliceState slices_[3], free_slice_;
   OutlineState outlines_[3];
   Field field_;
   std::shared_ptr<const MeshField> shown_field_;  ///< contents of the texture; null: no texture

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "gui/look/clip_planes.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/look/surface_values.h"
 #include "image/intensity_range.h"
@@ -34,6 +35,9 @@ inline bool paints(Tool tool) { return tool == Tool::Brush || tool == Tool::Eras
 inline bool draws_box(Tool tool) { return tool == Tool::Box || tool == Tool::Range; }
 inline bool measures(Tool tool) { return tool == Tool::Ruler || tool == Tool::Angle || tool == Tool::Ellipse; }
 
+/// Volume rendering in the 3D view. Shaded: composited, with opacity from window and level, lit by the gradient.
+enum class VolumeMode { Off, Shaded, Maximum };
+
 /// State of the display, shared by all views. It is neither saved nor part of undo.
 struct ViewState {
   Eigen::Vector3d crosshair_mm{0, 0, 0};
@@ -53,6 +57,8 @@ struct ViewState {
   bool show_field = false;  ///< field of the active mesh in the slices
   bool show_annotations = true;
   bool show_slices_3d = true;
+  ClipState clip;                                       ///< planes that cut the 3D view
+  VolumeMode volume_mode = VolumeMode::Off;             ///< volume in the 3D view
   bool show_names = true;                               ///< names of patient and series
   std::shared_ptr<const SurfaceValues> surface_values;  ///< colouring of the meshes in 3D; null: colour of each mesh
   float opacity = 1;                                    ///< factor on the opacity of the meshes, 0..1

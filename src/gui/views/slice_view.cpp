@@ -204,7 +204,7 @@ void SliceView::draw_slice(const Projection& projection) {
   };
   std::array<float, 2> tinted{grey(view.range_preview->low), grey(view.range_preview->high)};
   if (view.low_is_bright) std::swap(tinted[0], tinted[1]);
-  slice_painter_.draw(projection, *slice_, true, tinted, rgba_of(item->colour, kTint));
+  slice_painter_.draw(projection, *slice_, true, {}, tinted, rgba_of(item->colour, kTint));
 }
 
 void SliceView::draw_field(const Projection& projection) {

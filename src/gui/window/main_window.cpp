@@ -29,6 +29,7 @@
 #include "gui/panels/label_preset_menu.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
+#include "gui/views/space_view.h"
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
 #include "gui/window/archive_actions.h"
@@ -38,6 +39,7 @@
 #include "gui/window/message_bar.h"
 #include "gui/window/name_popup.h"
 #include "gui/window/side_panels.h"
+#include "gui/window/space_menus.h"
 #include "gui/window/start_page.h"
 #include "gui/window/state_chip.h"
 #include "gui/window/status_line.h"
@@ -215,6 +217,8 @@ void MainWindow::build_menus() {
        {Act::LessOpaque, Act::MoreOpaque},
        {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
   view->addMenu(new ViewLayoutMenu(*views_, view));
+  view->addMenu(new ClipMenu(*workbench_, views_->space(), actions, view));
+  view->addMenu(new VolumeMenu(*workbench_, views_->space(), actions, view));
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
   for (const ContrastPreset& preset : contrast_presets()) {
     QAction* entry = presets->addAction(tr(preset.title));
