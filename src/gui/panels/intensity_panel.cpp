@@ -115,7 +115,7 @@ IntensityPanel::IntensityPanel(Workbench& workbench, ActionTable& actions, QWidg
   auto* buttons = new QHBoxLayout;
   auto* sample = new QToolButton(this);
   sample->setDefaultAction(actions[Act::ToolRange]);
-  sample->setText(tr("Sample tissue"));
+  actions[Act::ToolRange]->setIconText(tr("Sample tissue"));
   sample->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
   buttons->addWidget(sample);
   buttons->addStretch(1);
@@ -210,7 +210,7 @@ void IntensityPanel::refresh() {
                                    : tr("Range of intensities of %1, %2").arg(text(item->name), unit));
   const IntensityRange range = item ? item->intensity_range : IntensityRange{};
   plot_->show_range(range);
-  show_limits(range);
+  if (!workbench_.view.range_preview) show_limits(range);
 }
 
 }  // namespace simplexseg

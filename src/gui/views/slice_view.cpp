@@ -202,7 +202,12 @@ void SliceView::draw_slice(const Projection& projection) {
     const double share = (intensity - view.level) / view.window + 0.5;
     return static_cast<float>(view.low_is_bright ? 1 - share : share);
   };
-  std::array<float, 2> tinted{grey(view.range_preview->low), grey(view.range_preview->high)};
+  // Grey values beyond the window are equal: those at its ends are tinted only without a limit there.
+  constexpr float kStep = 1.0f / 512;
+  const auto limit = [&](double intensity) {
+    return std::isfinite(intensity) ? std::clamp(grey(intensity), kStep, 1 - kStep) : grey(intensity);
+  };
+  std::array<float, 2> tinted{limit(view.range_preview->low), limit(view.range_preview->high)};
   if (view.low_is_bright) std::swap(tinted[0], tinted[1]);
   slice_painter_.draw(projection, *slice_, true, {}, tinted, rgba_of(item->colour, kTint));
 }
