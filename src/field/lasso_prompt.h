@@ -19,4 +19,10 @@ struct VolumeGeometry;
 std::vector<PromptStroke> prompt_of_lasso(MarkKind kind, std::span<const Eigen::Vector3d> contour_mm,
                                           const Eigen::Vector3d& normal, const VolumeGeometry& volume);
 
+/// Seed of an object that starts from a lasso around it: in the enclosed place farthest from the contour, with 0.4 of
+/// that distance as radius, at least 1 voxel (docs/adr/0055-lasso-item.md). Throws Error if the contour has fewer than
+/// three vertices or encloses no place of the volume.
+Mark seed_of_lasso(std::span<const Eigen::Vector3d> contour_mm, const Eigen::Vector3d& normal,
+                   const VolumeGeometry& volume);
+
 }  // namespace simplexseg

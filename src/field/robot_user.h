@@ -51,10 +51,11 @@ enum class RobotClickKind {
 };
 
 struct RobotSettings {
-  int most_clicks = 20;          ///< after the seed
-  double seed_scale = 1;         ///< radius of the seed, multiple of the correct radius
-  double seed_offset = 0;        ///< offset of the centre of the seed along (1, 1, 1), multiple of the correct radius
-  bool starts_with_box = false;  ///< a rectangle around the object instead of a seed
+  int most_clicks = 20;            ///< after the seed
+  double seed_scale = 1;           ///< radius of the seed, multiple of the correct radius
+  double seed_offset = 0;          ///< offset of the centre of the seed along (1, 1, 1), multiple of the correct radius
+  bool starts_with_box = false;    ///< a rectangle around the object instead of a seed
+  bool starts_with_lasso = false;  ///< a closed contour around the object instead of a seed
   RobotClickKind click_kind = RobotClickKind::Marks;
 };
 

@@ -93,6 +93,9 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     drag_ = Drag::Pan;
   } else if (view.tool == Tool::Seed) {
     begin_seed(view_.world_of(pixel));
+  } else if (view.lasso && (view.tool == Tool::Box || (view.tool == Tool::Inside && !workbench_.active_mesh()))) {
+    drag_ = Drag::Stroke;
+    stroke_tool_.begin_start(view_.world_of(pixel), Eigen::Vector3d::Unit(view_.axes().normal));
   } else if (view.tool == Tool::Box) {
     drag_ = Drag::Box;
   } else if (under) {
@@ -319,7 +322,7 @@ void SliceTools::release(const QMouseEvent& event) {
   drag_ = Drag::None;
   if (ended == Drag::Seed) finish_seed();
   if (ended == Drag::Measurement) measure_tool_.release(event.position(), moved_);
-  if (ended == Drag::Stroke) stroke_tool_.finish();
+  if (ended == Drag::Stroke && stroke_tool_.finish()) end_start();
   if (ended == Drag::Grab) workbench_.set_crosshair(view_.world_of(press_));
   if (ended == Drag::WindowLevel) {
     workbench_.view.window_level_armed = false;

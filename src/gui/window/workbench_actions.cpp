@@ -183,8 +183,7 @@ void WorkbenchActions::refresh() {
   set_enabled(actions_[Act::Undo], session.can_undo(), tr("There is nothing to undo"));
   set_enabled(actions_[Act::Redo], session.can_redo(), tr("There is nothing to redo"));
   const bool meshes = !workbench_.scene().meshes.empty();
-  const QString no_mesh =
-      tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
+  const QString no_mesh = why_no_mesh();
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose, Act::Compare})
     set_enabled(actions_[act], meshes, no_mesh);
   for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::NameMesh, Act::DeleteMesh})
@@ -212,9 +211,20 @@ void WorkbenchActions::refresh() {
                         Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
-  for (const Act act : {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser,
-                        Act::ToolFreeze, Act::ShowField, Act::ShowAxes})
+  for (const Act act : {Act::ToolPoint, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze,
+                        Act::ShowField, Act::ShowAxes})
     set_enabled(actions_[act], meshes, no_mesh);
+  refresh_inside_tool();
+}
+
+QString WorkbenchActions::why_no_mesh() {
+  return tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
+}
+
+// A lasso of this tool starts a segmentation if there is none.
+void WorkbenchActions::refresh_inside_tool() {
+  const bool starts = workbench_.view.lasso && workbench_.has_volume();
+  set_enabled(actions_[Act::ToolInside], starts || !workbench_.scene().meshes.empty(), why_no_mesh());
 }
 
 void WorkbenchActions::refresh_run() {
@@ -232,6 +242,7 @@ void WorkbenchActions::refresh_solving() {
 }
 
 void WorkbenchActions::refresh_toggles() {
+  refresh_inside_tool();
   set_enabled(actions_[Act::PointHere], workbench_.view.selected_point != 0, tr("No point is selected"));
   for (const auto& [act, tool] : kTools) actions_[act]->setChecked(workbench_.view.tool == tool);
   actions_[Act::WindowLevel]->setChecked(workbench_.view.window_level_armed);

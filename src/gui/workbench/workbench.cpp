@@ -163,11 +163,12 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (added) *added = id;
   const bool adds_mesh = std::holds_alternative<AddMesh>(command) || std::holds_alternative<DuplicateMesh>(command);
   if (id != 0 && adds_mesh) view.active_mesh = id;
-  if (id != 0 && std::holds_alternative<AddPoint>(command)) view.selected_point = id;
+  const bool adds_point = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddLasso>(command);
+  if (id != 0 && adds_point) view.selected_point = id;
   if (id != 0 && std::holds_alternative<AddMeasurement>(command)) view.last_measurement = id, view.selected_point = 0;
   forget_missing_items();
   failed_ = false;
-  const bool places = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddMesh>(command);
+  const bool places = adds_point || std::holds_alternative<AddMesh>(command);
   // Pause after undo and redo, to show their effect; the next point or mesh starts the simulation again.
   if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command)) set_running(false);
   if (places && !running_ && !paused_by_user_) set_running(true);
