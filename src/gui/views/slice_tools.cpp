@@ -113,7 +113,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
       begin_stroke(pixel, *kind);
   } else {
     drag_ = Drag::Crosshair;
-    workbench_.set_crosshair(view_.world_of(pixel));
+    workbench_.set_crosshair(view_.crosshair_at(pixel));
   }
 }
 
@@ -272,11 +272,11 @@ void SliceTools::move(const QMouseEvent& event) {
       hover(here, event.modifiers());
       if (event.buttons() == Qt::NoButton &&
           gesture(Where::Slices, Mouse::Move, event.modifiers()) == Act::FollowMouse) {
-        workbench_.set_crosshair(view_.world_of(here));
+        workbench_.set_crosshair(view_.crosshair_at(here));
       }
       break;
     case Drag::Crosshair:
-      workbench_.set_crosshair(view_.world_of(here));
+      workbench_.set_crosshair(view_.crosshair_at(here));
       break;
     case Drag::Grab:
       // The drag starts only when the mouse moves, because a click on the contour moves the crosshair.
@@ -323,7 +323,7 @@ void SliceTools::release(const QMouseEvent& event) {
   if (ended == Drag::Seed) finish_seed();
   if (ended == Drag::Measurement) measure_tool_.release(event.position(), moved_);
   if (ended == Drag::Stroke && stroke_tool_.finish()) end_start();
-  if (ended == Drag::Grab) workbench_.set_crosshair(view_.world_of(press_));
+  if (ended == Drag::Grab) workbench_.set_crosshair(view_.crosshair_at(press_));
   if (ended == Drag::WindowLevel) {
     workbench_.view.window_level_armed = false;
     workbench_.view_edited();

@@ -29,9 +29,9 @@ double handle_opacity(double distance_mm) {
   return distance_mm >= kFarthest ? 0 : 0.15 + 0.85 * (1 - distance_mm / kFarthest) * (1 - distance_mm / kFarthest);
 }
 
-SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent)
-    : View(workbench, drawn, parent), orientation_(orientation), tools_(workbench, *this) {
-  setObjectName(title_of(orientation));
+SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent, int neighbour)
+    : View(workbench, drawn, parent), orientation_(orientation), neighbour_(neighbour), tools_(workbench, *this) {
+  set_orientation(orientation);
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
   connect(&workbench_, &Workbench::view_changed, this, [this] { tools_.discard_outdated_measurement(); });
   connect(&workbench_, &Workbench::scene_changed, this, [this] { tools_.update_hovered_point(); });
@@ -40,7 +40,11 @@ SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orient
 SliceView::~SliceView() { destroy_gl_objects(); }
 
 SliceAxes SliceView::axes() const { return slice_axes(orientation_, workbench_.view.convention); }
-double SliceView::slice_mm() const { return workbench_.view.crosshair_mm[axes().normal]; }
+double SliceView::slice_mm() const { return through_mm()[axes().normal]; }
+Eigen::Vector3d SliceView::through_mm() const {
+  if (neighbour_ == 0 || !workbench_.has_volume()) return workbench_.view.crosshair_mm;
+  return slice_through_mm(workbench_.view, workbench_.session().volume().geometry(), orientation_, neighbour_);
+}
 double SliceView::distance_to_slice_mm(const Eigen::Vector3d& world_mm) const {
   return std::abs(world_mm[axes().normal] - slice_mm());
 }
@@ -51,6 +55,23 @@ Eigen::Vector3d SliceView::world_of(const QPointF& pixel) const {
                           (height() / 2.0 - pixel.y()) * mm_per_pixel_ * axes.up;
   world[axes.normal] = slice_mm();
   return world;
+}
+
+Eigen::Vector3d SliceView::crosshair_at(const QPointF& pixel) const {
+  Eigen::Vector3d at = world_of(pixel);
+  at[axes().normal] = workbench_.view.crosshair_mm[axes().normal];
+  return at;
+}
+
+void SliceView::set_orientation(Orientation orientation) {
+  orientation_ = orientation;
+  const QString title = title_of(orientation);
+  setObjectName(neighbour_ == 0  ? title
+                : neighbour_ < 0 ? tr("%1, previous slice").arg(title)
+                                 : tr("%1, next slice").arg(title));
+  setAccessibleName(tr("%1 view").arg(objectName()));
+  outline_.reset();
+  fit();
 }
 
 QPointF SliceView::pixel_of(const Eigen::Vector3d& world_mm) const {
@@ -68,7 +89,7 @@ std::span<const OutlineSegment> SliceView::active_outline() {
     });
     if (outlines_ && active != meshes.end()) {
       makeCurrent();
-      outline_ = drawn_.buffers().read_outline(orientation_, static_cast<int>(active - meshes.begin()));
+      outline_ = drawn_.buffers().read_outline(orientation_, static_cast<int>(active - meshes.begin()), neighbour_);
       doneCurrent();
     }
   }
@@ -169,8 +190,8 @@ Projection SliceView::projection() const {
 
 void SliceView::prepare() {
   outline_.reset();
-  slice_ = drawn_.slice(orientation_);
-  outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_) : nullptr;
+  slice_ = drawn_.slice(orientation_, neighbour_);
+  outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_, neighbour_) : nullptr;
   field_ = drawn_.field();
   springs_ = &drawn_.springs();
 }

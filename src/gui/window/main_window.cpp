@@ -137,7 +137,7 @@ void MainWindow::build_views() {
   column->addWidget(steps_);
   views_ = new ViewGrid(*workbench_, *drawn_, middle);
   column->addWidget(views_, 1);
-  for (View* view : views_->all()) {
+  for (View* view : views_->every()) {
     connect(view, &View::about_to_paint, loop_.get(), &FrameLoop::view_about_to_paint);
     connect(view, &View::aboutToCompose, loop_.get(), &FrameLoop::view_composing);
     connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
