@@ -5,6 +5,8 @@
 #include <QKeySequence>
 #include <algorithm>
 
+#include "gui/input/key_map.h"
+
 namespace simplexseg {
 namespace {
 
@@ -185,6 +187,7 @@ const Binding kBindings[] = {
     {Act::Researcher, kEverywhere, "Ctrl+Shift+R", Mouse::None, {}, "&Researcher's layout",
      "Add forces, simulation, computations of a step, residuals, and the actions for them"},
     {Act::Help, kEverywhere, "F1", Mouse::None, {}, "&Keys and gestures", "Show this table"},
+    {Act::ChangeKeys, kEverywhere, "Ctrl+K", Mouse::None, {}, "&Change keys...", "Give actions and tools other keys"},
     {Act::Messages, kEverywhere, "F2", Mouse::None, {}, "&Messages", "Show all messages since the program started"},
     {Act::About, kEverywhere, "Shift+F1", Mouse::None, {}, "&About SimplexSeg",
      "Show the version and the computing device"},
@@ -222,13 +225,8 @@ std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modif
 }
 
 std::optional<Act> key_in(Where where, const QKeyEvent& event) {
-  const QKeySequence pressed(static_cast<int>(event.modifiers() & ~Qt::KeypadModifier) | event.key());
-  for (const Binding& binding : kBindings) {
-    if (binding.where == where && *binding.keys && QKeySequence(QString::fromLatin1(binding.keys)) == pressed) {
-      return binding.act;
-    }
-  }
-  return std::nullopt;
+  const std::optional<Act> act = KeyMap::shared().keys().act_with(key_of_event(event));
+  return act && binding_of(*act).where == where ? act : std::nullopt;
 }
 
 }  // namespace simplexseg

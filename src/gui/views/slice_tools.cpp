@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "gui/input/bindings.h"
+#include "gui/input/key_map.h"
 #include "gui/views/slice_hits.h"
 #include "gui/views/slice_menu.h"
 #include "gui/views/slice_view.h"
@@ -119,7 +119,9 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
 
 bool SliceTools::require_active_mesh() {
   if (workbench_.active_mesh()) return true;
-  workbench_.notify(Severity::Warning, SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
+  workbench_.notify(
+      Severity::Warning,
+      SliceView::tr("A point needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
   return false;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gui/input/action_table.h"
+#include "gui/input/key_map.h"
 #include "gui/look/symbols.h"
 #include "gui/look/widgets.h"
 #include "gui/views/view_grid.h"
@@ -57,6 +58,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_toggles);
   connect(&workbench_, &Workbench::solving_changed, this, &WorkbenchActions::refresh_solving);
   connect(&loop_, &FrameLoop::ticked, this, &WorkbenchActions::refresh_run);
+  connect(&KeyMap::shared(), &KeyMap::changed, this, &WorkbenchActions::refresh);
   refresh();
   refresh_toggles();
 }
@@ -192,10 +194,10 @@ void WorkbenchActions::refresh() {
   const bool locked = active && active->locked;
   for (const Act act : {Act::ResetMesh, Act::RefineMesh})
     set_enabled(actions_[act], active && !locked,
-                locked ? tr("The segmentation is locked: unlock it first (L)") : no_mesh);
+                locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh)) : no_mesh);
   for (const Act act : {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere})
     set_enabled(actions_[act], active && !locked,
-                locked ? tr("The segmentation is locked: unlock it first (L)") : no_mesh);
+                locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh)) : no_mesh);
   const int place = place_of_active(), last = static_cast<int>(workbench_.scene().meshes.size()) - 1;
   set_enabled(actions_[Act::MeshUp], place > 0, meshes ? tr("It is already the first in the list") : no_mesh);
   set_enabled(actions_[Act::MeshDown], place >= 0 && place < last,
@@ -218,7 +220,8 @@ void WorkbenchActions::refresh() {
 }
 
 QString WorkbenchActions::why_no_mesh() {
-  return tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
+  return tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (%1)")
+      .arg(key_hint(Act::ToolSeed));
 }
 
 // A lasso of this tool starts a segmentation if there is none.
