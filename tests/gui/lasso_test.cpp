@@ -42,7 +42,8 @@ TEST_F(LassoTest, OfMarksIsOneActionAndOneRow) {
   ASSERT_TRUE(lasso.is_lasso());
   ASSERT_GE(stroke_count(lasso), 3);
   ASSERT_EQ(list().topLevelItemCount(), 1);
-  EXPECT_EQ(list().topLevelItem(0)->text(1), QString("Lasso, inside, %1 strokes").arg(stroke_count(lasso)));
+  EXPECT_EQ(list().topLevelItem(0)->toolTip(1), QString("Lasso, inside, %1 strokes").arg(stroke_count(lasso)));
+  EXPECT_EQ(list().topLevelItem(0)->text(1), QString("Lasso, inside\n%1 strokes").arg(stroke_count(lasso)));
   EXPECT_EQ(bench().view.selected_point, lasso.id);
   press(Act::Undo);
   EXPECT_TRUE(scene().points.empty());
@@ -53,7 +54,7 @@ TEST_F(LassoTest, OfMarksIsOneActionAndOneRow) {
   press(Act::Undo);
   draw_lasso(Act::ToolOutside, 8);
   EXPECT_EQ(bench().session().undo_title(), std::string("add outside lasso"));
-  EXPECT_TRUE(list().topLevelItem(0)->text(1).startsWith("Lasso, outside, "));
+  EXPECT_TRUE(list().topLevelItem(0)->text(1).startsWith("Lasso, outside\n"));
 }
 
 TEST_F(LassoTest, IsMovedAndDeletedAsAWhole) {

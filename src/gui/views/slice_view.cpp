@@ -23,6 +23,12 @@
 #include "session/paint.h"
 
 namespace simplexseg {
+namespace {
+
+/// Whether a tool that does not paint draws a lasso while ViewState::lasso is on.
+bool draws_lasso(Tool tool) { return tool == Tool::Inside || tool == Tool::Outside || tool == Tool::Box; }
+
+}  // namespace
 
 double handle_opacity(double distance_mm) {
   constexpr double kFarthest = 12;
@@ -334,6 +340,8 @@ void SliceView::annotate(std::vector<Label>& labels) const {
     note = tr("radius %1").arg(text(length_text(tools_.seed()->radius_mm)));
   } else if (tools_.brush_centre_mm()) {
     note = brush_text();
+  } else if (underMouse() && draws_lasso(workbench_.view.tool) && workbench_.view.lasso) {
+    note = workbench_.view.tool == Tool::Box ? tr("lasso around a new structure") : tr("lasso");
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   } else if (const MeshItem* item = workbench_.active_mesh(); workbench_.view.show_field && !field_ && item) {
