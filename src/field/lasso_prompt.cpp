@@ -11,7 +11,8 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kMostPlaces = 1500;   // along a contour
+constexpr double kOutsideVoxels = 2, kOutsideStartVoxels = 5;  // distance of the outside stroke, voxels
+constexpr int kMostPlaces = 1500;                              // along a contour
 constexpr double kSeedShare = 0.4;  // radius of the seed, relative to its distance from the contour
 
 /// Strokes at a distance from a contour, on its inner or outer side, where no part of the contour is nearer.
@@ -65,7 +66,7 @@ PlaneContour contour_of(std::span<const Eigen::Vector3d> contour_mm, const Eigen
 }  // namespace
 
 std::vector<PromptStroke> prompt_of_lasso(MarkKind kind, std::span<const Eigen::Vector3d> contour_mm,
-                                          const Eigen::Vector3d& normal, const VolumeGeometry& volume) {
+                                          const Eigen::Vector3d& normal, const VolumeGeometry& volume, bool starts) {
   if (kind == MarkKind::Boundary) throw Error("the lasso", "it is a boundary", "make it inside or outside");
   const PlaneContour contour = contour_of(contour_mm, normal);
   const double voxel_mm = volume.spacing_mm.minCoeff();
@@ -79,7 +80,7 @@ std::vector<PromptStroke> prompt_of_lasso(MarkKind kind, std::span<const Eigen::
   };
   if (!add(kind, true, 2, 1) && !add(kind, true, 1, 0.5) && !add(kind, true, 0.5, 0.5)) refuse_empty();
   for (double distance = 6, radius = 2; add(kind, true, distance, radius); radius *= 2) distance += 4 * radius;
-  if (kind == MarkKind::Inside) add(MarkKind::Outside, false, 2, 1);
+  if (kind == MarkKind::Inside) add(MarkKind::Outside, false, starts ? kOutsideStartVoxels : kOutsideVoxels, 1);
   return strokes;
 }
 

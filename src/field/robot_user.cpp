@@ -179,7 +179,7 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
             lasso_at_error(part, Mask{truth.geometry, std::vector<std::uint8_t>(part.voxels.size())}, *deepest, 0)) {
       marks = {seed_of_lasso(lasso->contour_mm, lasso->normal, truth.geometry)};
       const std::vector<Mark> around = marks_of_strokes(
-          prompt_of_lasso(MarkKind::Inside, lasso->contour_mm, lasso->normal, truth.geometry), MarkLink::Update);
+          prompt_of_lasso(MarkKind::Inside, lasso->contour_mm, lasso->normal, truth.geometry, true), MarkLink::Update);
       marks.insert(marks.end(), around.begin(), around.end());
     }
   }

@@ -30,7 +30,7 @@ void update_lasso(UserPoint& point, const Volume& volume) {
   point.strokes = nullptr;
   if (volume.empty()) return;
   point.strokes = std::make_shared<const std::vector<PromptStroke>>(
-      prompt_of_lasso(point.kind, point.vertices_mm(), point.lasso_normal, volume.geometry()));
+      prompt_of_lasso(point.kind, point.vertices_mm(), point.lasso_normal, volume.geometry(), point.continues));
 }
 
 int stroke_count(const UserPoint& point) { return point.strokes ? static_cast<int>(point.strokes->size()) : 0; }

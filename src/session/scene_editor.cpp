@@ -52,8 +52,7 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   std::optional<UserPoint> lasso;
   if (!command.contour_mm.empty()) {
     if (box) throw Error("segmentation '" + item.name + "'", "it starts from a box and a lasso", "give one of them");
-    lasso = new_lasso(MarkKind::Inside, command.contour_mm, command.contour_normal, item.id);
-    lasso->continues = true;  // applied in the same update as the seed
+    lasso = new_lasso(MarkKind::Inside, command.contour_mm, command.contour_normal, item.id, true);
     const Mark seed = seed_of_lasso(command.contour_mm, command.contour_normal, volume_.geometry());
     item.seed = {seed.position_mm, seed.radius_mm};
   }
@@ -103,10 +102,11 @@ void SceneEditor::add_strokes(const std::vector<PromptStroke>& strokes, ItemId m
 }
 
 UserPoint SceneEditor::new_lasso(MarkKind kind, const std::vector<Eigen::Vector3d>& contour_mm,
-                                 const Eigen::Vector3d& normal, ItemId mesh) {
+                                 const Eigen::Vector3d& normal, ItemId mesh, bool starts) {
   if (volume_.empty()) throw Error("the lasso", "there is no volume", "open one first");
   if (contour_mm.empty()) throw Error("the lasso", "it has fewer than three vertices", "draw around the part");
   UserPoint lasso = lasso_of(mesh, kind, contour_mm, normal);
+  lasso.continues = starts;  // applied in the same update as the seed
   update_lasso(lasso, volume_);
   return lasso;
 }
@@ -243,7 +243,7 @@ SceneChange SceneEditor::execute(const ResizePoint& command) {
 
 SceneChange SceneEditor::execute(const AddLasso& command) {
   refuse_locked(item_of(command.mesh));
-  UserPoint lasso = new_lasso(command.kind, command.contour_mm, command.normal, command.mesh);
+  UserPoint lasso = new_lasso(command.kind, command.contour_mm, command.normal, command.mesh, false);
   lasso.id = next_id_;
   // Earlier versions added each stroke as a point: logs of them count an id for each.
   next_id_ += static_cast<ItemId>(stroke_count(lasso));

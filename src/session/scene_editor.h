@@ -65,9 +65,10 @@ class SceneEditor {
   void remember_label(const MeshItem& item);
   /// Adds the strokes of a box to a mesh; they are applied in the same update as its seed.
   void add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh);
-  /// Lasso of a mesh with its strokes, without an id. Throws Error for one that the volume cannot have.
+  /// Lasso of a mesh with its strokes, without an id. `starts`: the mesh starts from it. Throws Error for one that the
+  /// volume cannot have.
   UserPoint new_lasso(MarkKind kind, const std::vector<Eigen::Vector3d>& contour_mm, const Eigen::Vector3d& normal,
-                      ItemId mesh);
+                      ItemId mesh, bool starts);
   UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point
   /// Measurement with this id; throws Error for an unknown one.
   Measurement& measurement_of(ItemId measurement);

@@ -66,6 +66,17 @@ TEST(LassoPrompt, LiesOnItsSideOfTheContour) {
   }
 }
 
+TEST(LassoPrompt, LeavesMoreSpaceAroundAStart) {
+  const auto contour = lobed({50, 50, 20}, 25, 0);
+  const PlaneContour plane(contour, {0, 0, 1});
+  for (const bool starts : {false, true})
+    for (const PromptStroke& stroke : prompt_of_lasso(MarkKind::Inside, contour, {0, 0, 1}, cube_of(100), starts))
+      for (const Eigen::Vector3d& at : stroke.path_mm)
+        if (stroke.kind == MarkKind::Outside) {
+          EXPECT_NEAR(plane.distance_mm(at), starts ? 5 : 2, 0.3);
+        }
+}
+
 TEST(LassoPrompt, FillsItsInterior) {
   const auto contour = lobed({50, 50, 20}, 30, 0);
   const auto strokes = prompt_of_lasso(MarkKind::Inside, contour, {0, 0, 1}, cube_of(100));
@@ -130,13 +141,14 @@ TEST(LassoSeed, StartsASegmentationAtLeastAsWellAsABall) {
     RobotSettings settings;
     settings.most_clicks = 0;
     settings.starts_with_lasso = lasso;
+    settings.seed_scale = 0.8, settings.seed_offset = 0.2;  // the lasso has the noise of a hand, too
     return run_robot(scene.truth, subject, settings, [](int, const Mask&) {}).at(0).agreement.dice;
   };
   for (const Scene& scene :
        {ellipsoid(64, 1, {18, 18, 18}, 15), ellipsoid(64, 1, {26, 16, 12}, 15), ellipsoid(64, 3, {24, 18, 18}, 15)}) {
     const double ball = dice(scene, false), contour = dice(scene, true);
-    EXPECT_GE(contour, ball - 0.002) << "ball " << ball;
-    EXPECT_GT(contour, 0.97);
+    EXPECT_GE(contour, ball - 0.005) << "ball " << ball;
+    EXPECT_GT(contour, 0.98);
   }
 }
 
