@@ -6,6 +6,8 @@ uniform sampler2D slice;
 layout(binding = 1) uniform sampler2D means;  // texture of the slice with mipmaps
 uniform float darkest_shown;
 uniform float mean_level;  // level of detail at which a texel is the mean over a few voxels
+uniform vec2 tinted;  // grey values from x to y are tinted; none if x > y
+uniform vec4 tint;
 in vec2 texture_position;
 out vec4 colour;
 
@@ -19,5 +21,6 @@ void main() {
     float mean = textureLod(means, texture_position, mean_level).r;
     if (mean < darkest_shown || (grey < darkest_shown && mean < 3.0 * darkest_shown)) discard;
   }
-  colour = vec4(vec3(grey), 1.0);
+  bool is_tinted = tinted.x <= grey && grey <= tinted.y;
+  colour = vec4(is_tinted ? mix(vec3(grey), tint.rgb, tint.a) : vec3(grey), 1.0);
 }

@@ -326,6 +326,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
                  {"robot", options.robot},
                  {"seed_scale", options.settings.seed_scale},
                  {"seed_offset", options.settings.seed_offset},
+                 {"local", options.settings.local},
                  {"without", options.without},
                  {"backend", options.backend},
                  {"threads", threads},
@@ -363,6 +364,7 @@ void add_clicks(const Subcommand& app, Action& action) {
          "mixed: mesh, marks and drags; none: mesh without a field, boundary points")
       .one_of({"mark", "stroke", "lasso", "box", "contour", "mesh", "point", "grab", "mixed", "none"})
       .show_default();
+  sub.add_flag("--local", settings.local, "Corrections change the segmentation only near them (local marks)");
   sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, as a multiple of the correct radius")
       .within(0.05, 3.0)
       .show_default();

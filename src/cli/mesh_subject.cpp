@@ -46,7 +46,9 @@ struct MeshSubject::State {
     if (!session || all.size() < marks) start(all.front());
     for (; marks < all.size(); ++marks) {
       const Mark& mark = all[marks];
-      session->apply(AddPoint{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward});
+      AddPoint point{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward};
+      point.local = mark.local;
+      session->apply(point);
     }
     session->advance_steps(kMaxStepsPerClick, true);
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());

@@ -179,9 +179,8 @@ void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& b
   });
 }
 
-}  // namespace
-
-BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
+/// Image of a box in the intensities of the volume.
+BoxImage extract_unscaled(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
   BoxImage image{{box.size}, {}, {}};
   const int n = image.grid.count();
   image.value.resize(n);
@@ -190,6 +189,14 @@ BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox&
     copy_voxels(volume, box, image, run);
   else
     average_cells(volume, cell, box, image, run);
+  return image;
+}
+
+}  // namespace
+
+BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
+  BoxImage image = extract_unscaled(volume, cell, box, run);
+  const int n = image.grid.count();
   // Percentiles of every step-th cell.
   std::vector<float> sample;
   const int step = std::max(1, n / 200000) | 1;
@@ -205,6 +212,22 @@ BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox&
     value[v] = finite[v] ? std::min(std::max((value[v] * unit - low) * scale, 0.0f), 1.0f) : 0.0f;
   });
   return image;
+}
+
+std::vector<std::uint8_t> cells_in_range(const Volume& volume, const CellSize& cell, const VoxelBox& box,
+                                         const IntensityRange& range, const std::array<double, 3>& spacing_mm,
+                                         double smoothing, const RunJobs& run) {
+  BoxImage image = extract_unscaled(volume, cell, box, run);
+  const auto least = static_cast<float>(std::min(std::max(0.0, range.low), range.high));
+  for_each_index(run, image.grid.count(), [value = image.value.data(), finite = image.finite.data(), least](int v) {
+    if (!finite[v]) value[v] = least;
+  });
+  smooth_by_least_spacing(image.value, image.grid, spacing_mm, smoothing, run);
+  std::vector<std::uint8_t>& in_range = image.finite;
+  for_each_index(run, image.grid.count(), [value = image.value.data(), to = in_range.data(), range](int v) {
+    to[v] = range.contains(value[v]);
+  });
+  return std::move(in_range);
 }
 
 }  // namespace simplexseg

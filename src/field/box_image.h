@@ -10,6 +10,7 @@
 #include "field/run_jobs.h"
 #include "image/cell_grid.h"
 #include "image/distance_map.h"
+#include "image/intensity_range.h"
 #include "image/volume.h"
 
 namespace simplexseg {
@@ -30,5 +31,12 @@ struct BoxImage {
 /// Image of a box of cells. The intensity of a cell is the mean of its finite voxels, weighted by the fraction of each
 /// that lies in the cell; the cell is finite if these are at least half of it.
 BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
+
+/// 1 for the cells of a box whose intensity lies in a range, else 0. The intensity is that of extract_box() before it
+/// is scaled, smoothed by smooth_by_least_spacing() with `spacing_mm` and `smoothing` (voxels). Cells that are not
+/// finite count as the value of the range nearest to 0.
+std::vector<std::uint8_t> cells_in_range(const Volume& volume, const CellSize& cell, const VoxelBox& box,
+                                         const IntensityRange& range, const std::array<double, 3>& spacing_mm,
+                                         double smoothing, const RunJobs& run);
 
 }  // namespace simplexseg

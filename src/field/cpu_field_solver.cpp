@@ -19,11 +19,12 @@ std::unique_ptr<FieldSolver> make_cpu_field_solver(const Volume& volume, const R
 
 std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const VoxelBox& box,
                                         std::span<const std::uint8_t> finite, std::span<const Mark> marks,
-                                        std::span<const Mark> others) {
+                                        std::span<const Mark> others, std::span<const std::uint8_t> in_range) {
   const CpuFieldExecutor executor;
   std::vector<Constraint> constraints(box.voxel_count());
-  ConstraintMask<CpuFieldExecutor>(executor).find(geometry, box, finite.empty() ? nullptr : finite.data(), marks,
-                                                  others, constraints.data());
+  ConstraintMask<CpuFieldExecutor>(executor).find(geometry, box, finite.empty() ? nullptr : finite.data(),
+                                                  in_range.empty() ? nullptr : in_range.data(), marks, others,
+                                                  constraints.data());
   return constraints;
 }
 

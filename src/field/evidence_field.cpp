@@ -85,7 +85,7 @@ void EvidenceField::set_marks(std::span<const Mark> marks) {
   const auto same = static_cast<std::size_t>(
       std::mismatch(marks_.begin(), marks_.end(), marks.begin(), marks.end()).first - marks_.begin());
   if (same == marks_.size() && marks.size() > same) {
-    solver_->store_previous();
+    solver_->store_previous(std::ranges::all_of(marks.subspan(same), &Mark::local));
     previous_open_sides_ = open_sides_;
     first_new_mark_ = same;
   } else if (same < first_new_mark_) {
@@ -101,6 +101,11 @@ void EvidenceField::set_marks(std::span<const Mark> marks) {
   }
   corrections_ = std::move(corrections);
   marks_.assign(marks.begin(), marks.end());
+}
+
+bool EvidenceField::is_local() const {
+  return first_new_mark_ < marks_.size() && std::all_of(marks_.begin() + static_cast<std::ptrdiff_t>(first_new_mark_),
+                                                        marks_.end(), [](const Mark& mark) { return mark.local; });
 }
 
 void EvidenceField::find_corrections() {
@@ -311,7 +316,9 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   report_.expected_dice = refined.expected_dice > 0 ? 1 - kMissedShare * (1 - refined.expected_dice) : 0;
   report_.open_sides = open_sides_;
   FieldSolver::Solved found = refined.found;
-  if (!previous_sides_.empty() && settings_.memory && settings_.far_change > 0) {
+  if (!previous_sides_.empty() && settings_.memory && is_local()) {
+    found = solver_->damp_far_change(new_mark_balls(), settings_.local_depths, 0);
+  } else if (!previous_sides_.empty() && settings_.memory && settings_.far_change > 0) {
     const double part = prompt_count(marks_) / settings_.far_change;
     found = solver_->damp_far_change(new_mark_balls(), settings_.far_change_depths, 1 / (1 + part * part));
   }

@@ -98,6 +98,8 @@ class EvidenceField {
     double error_depth_mm = 0;  ///< depth in an error that is larger than the band, such as a leak; else 0
   };
   Correction correction_of(const Mark& mark, const FieldSolver::PreviousSide& previous) const;
+  /// Whether there are new marks, and all of them are local.
+  bool is_local() const;
   /// Computes the corrections of the new marks from the previous field.
   void find_corrections();
   /// Terms of the narrow band from the corrections of all marks.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "image/intensity_range.h"
 
 namespace simplexseg {
 
@@ -31,8 +32,13 @@ struct EvidenceSettings {
   double far_depths = 1;    ///< distance at which that share begins, depths of the mark; complete at twice the distance
   double far_change = 6;    ///< number of marks with which half of a change far from new marks remains; 0: all of it
   double far_change_depths = 3;         ///< distance at which half of that reduction applies, depths of the mark
+  double local_depths = 2;              ///< distance from local marks at which a change is halved, depths of the mark;
+                                        ///< from 4/3 of it nothing changes
   bool expected_dice_threshold = true;  ///< whether the prior is scaled to its threshold for the largest expected Dice
   double open_side = 0.2;               ///< appearance score above which sides of the box are not constrained
+
+  // ---- Constraint of one object
+  IntensityRange intensity_range{};  ///< cells with another intensity are background (cells_in_range())
 
   // ---- Marks
   double brush = 1.8;           ///< radius of the mark of a click, voxels

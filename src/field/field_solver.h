@@ -51,7 +51,9 @@ class FieldSolver {
   const VoxelBox& box() const { return box_; }
 
   /// Stores the present field as the previous one, which does not contain the marks that are new from now on.
-  virtual void store_previous() = 0;
+  /// `only_object`: values above the threshold outside the object become the threshold, and holes that are filled are
+  /// stored as object, so that the object does not change where the field does not (local marks).
+  virtual void store_previous(bool only_object) = 0;
   virtual void discard_previous() = 0;
   virtual bool has_previous() const = 0;
   /// Object of the previous field, 0 or 1, at the voxels of the box that are nearest to places.
@@ -88,8 +90,8 @@ class FieldSolver {
   /// Runs refine_in_narrow_band() and computes the object mask.
   virtual RefinedSurface refine_surface(const BandTerms& terms) = 0;
   /// Reduces the change since the previous field to `share` of it far from all new marks (DampFarChange), and finds the
-  /// object again. `far_depths`: distance at which half of the reduction applies, depths of the mark. There must be a
-  /// previous field.
+  /// object again. `far_depths`: distance at which half of the reduction applies, depths of the mark. With share 0,
+  /// cells outside the previous box become background. There must be a previous field.
   virtual Solved damp_far_change(std::span<const NewMarkBall> new_balls, double far_depths, double share) = 0;
 
   // Present field, object mask and constraints, a value for each cell; valid until the next change.

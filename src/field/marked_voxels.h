@@ -22,14 +22,20 @@ enum class Constraint : std::uint8_t {
   VolumeEdge,   ///< side of the box that is a side of the volume and not open (cut_sides()): outside for the solver
   OtherObject,  ///< in an inside mark of another object: outside for the solver, without effect on the prior
   NotFinite,    ///< image not finite: no conductance, outside
+  OutOfRange,   ///< not in EvidenceSettings::intensity_range: outside for the solver, without effect on the prior
 };
 
 /// Whether the field of the voxel is fixed (Dirichlet condition).
 constexpr bool is_dirichlet(Constraint constraint) { return constraint != Constraint::None; }
 
 /// Whether a mark excludes the voxel from the object: an outside mark, or an inside mark of another object.
-constexpr bool is_excluded(Constraint constraint) {
+constexpr bool is_excluded_by_mark(Constraint constraint) {
   return constraint == Constraint::Outside || constraint == Constraint::OtherObject;
+}
+/// Whether the voxel is background for the solver although no side of the box or image makes it so: excluded by a mark,
+/// or out of range. Holes of the second kind are filled.
+constexpr bool is_excluded(Constraint constraint) {
+  return is_excluded_by_mark(constraint) || constraint == Constraint::OutOfRange;
 }
 
 /// Offset from a boundary mark to the centre of its outside ball, mm; the centre of its inside ball has the opposite
@@ -39,9 +45,10 @@ Eigen::Vector3d ball_offset(const Mark& mark);
 /// Constraint mask: a value for each voxel of a box. Later marks replace earlier ones, and marks replace those of
 /// `others` (inside marks of other objects) and the sides of the box. A mark contains the voxels whose centres are in
 /// its ball, and the nearest one. `finite`: 0 where the image is not finite; empty if it is finite everywhere.
+/// `in_range`: 0 for voxels out of range; empty if there are none.
 std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const VoxelBox& box,
                                         std::span<const std::uint8_t> finite, std::span<const Mark> marks,
-                                        std::span<const Mark> others);
+                                        std::span<const Mark> others, std::span<const std::uint8_t> in_range = {});
 
 /// Ball of a mark on the grid of a box.
 struct PaintedBall {
@@ -62,8 +69,8 @@ struct PaintedBall {
   }
   /// Constraint of a voxel that the ball contains. `before`: its constraint without the ball.
   SIMPLEXSEG_HD Constraint applied_to(Constraint before) const {
-    if (before == Constraint::NotFinite || (value == Constraint::OtherObject && before != Constraint::None))
-      return before;
+    const bool is_free = before == Constraint::None || before == Constraint::OutOfRange;
+    if (before == Constraint::NotFinite || (value == Constraint::OtherObject && !is_free)) return before;
     return value;
   }
 };

@@ -25,6 +25,7 @@ struct Mark {
   double radius_mm = 0;                  ///< > 0; the nearest voxel is marked whatever the radius
   Eigen::Vector3d outward{0, 0, 0};      ///< boundary marks only: direction out of the object, any length > 0
   MarkLink link = MarkLink::None;
+  bool local = false;  ///< changes the field only near it (docs/adr/0056-local-marks.md)
 
   bool operator==(const Mark&) const = default;
 };

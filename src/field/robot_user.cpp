@@ -183,10 +183,12 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
       marks.insert(marks.end(), around.begin(), around.end());
     }
   }
+  const std::size_t start_count = marks.size();
   std::vector<RobotClick> clicks;
   std::optional<WorstError> error;  // corrected by the last mark
   Mask before;
   for (int click = 0;; ++click) {
+    for (std::size_t m = start_count; m < marks.size(); ++m) marks[m].local = settings.local;
     const auto start = std::chrono::steady_clock::now();
     Mask now = subject.segment(marks);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

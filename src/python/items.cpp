@@ -75,12 +75,13 @@ py::object get_parameter(const SceneMesh& mesh, const std::string& name) {
 }
 
 ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const std::string& kind, double radius,
-                     const py::object& outward, const std::optional<std::vector<py::object>>& path) {
+                     const py::object& outward, const std::optional<std::vector<py::object>>& path, bool local) {
   AddPoint command{mesh.id, vector_of(position, "position"), kind_of(kind), radius};
   for (const py::object& vertex : path.value_or(std::vector<py::object>()))
     command.path_mm.emplace_back(vector_of(vertex, "path") - command.position_mm);
   if (!(radius >= 0))
     throw Error("radius", "it is negative or not a number", "use a radius in mm, or 0 for the default");
+  command.local = local;
   if (!outward.is_none()) command.outward = vector_of(outward, "outward");
   return {{mesh.session, apply(*mesh.session, command)}};
 }
@@ -107,8 +108,8 @@ ScenePoint edit_voxels(const SceneMesh& mesh, const std::string& name, const std
 }
 
 ScenePoint add_lasso(const SceneMesh& mesh, const std::vector<py::object>& path, const py::object& normal,
-                     const std::string& kind) {
-  AddLasso command{mesh.id, kind_of(kind), {}, vector_of(normal, "normal").normalized()};
+                     const std::string& kind, bool local) {
+  AddLasso command{mesh.id, kind_of(kind), {}, vector_of(normal, "normal").normalized(), local};
   for (const py::object& vertex : path) command.contour_mm.emplace_back(vector_of(vertex, "path"));
   return {{mesh.session, apply(*mesh.session, command)}};
 }
@@ -155,6 +156,15 @@ void set_colour(const SceneMesh& mesh, const std::array<std::uint8_t, 3>& colour
   edit (&EditMesh::colour)(mesh, {colour[0], colour[1], colour[2]});
 }
 
+std::pair<double, double> intensity_range_of(const SceneMesh& mesh) {
+  const IntensityRange range = read_mesh_item(mesh, [](const MeshItem& item) { return item.intensity_range; });
+  return {range.low, range.high};
+}
+
+void set_intensity_range(const SceneMesh& mesh, const std::pair<double, double>& range) {
+  apply(*mesh.session, SetIntensityRange{mesh.id, {range.first, range.second}});
+}
+
 py::dict code_of_mesh(const SceneMesh& mesh) {
   return code_dict(read_mesh_item(mesh, [](const MeshItem& item) { return code_of(item); }));
 }
@@ -198,6 +208,10 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
           "Codes in DICOM files: category, type and modifier, each (scheme, value, meaning). They follow from "
           "the\n"
           "name by the label presets until they are set; {}: they follow from the name again.")
+      .def_property(
+          "intensity_range", &intensity_range_of, &set_intensity_range,
+          "Intensities that its object can have, (lowest, highest); infinite: no limit. Others are background "
+          "unless\nmarked or enclosed.")
       .def_property_readonly("mesh", &surface_of, "Copy of its current shape, a Mesh.")
       .def_property_readonly(
           "points", [](const SceneMesh& mesh) { return points_of(mesh.session, mesh.id); },
@@ -214,12 +228,14 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
           "value out of range.")
       .def("add_point", &add_point, py::arg("position"), py::arg("kind") = "boundary", py::kw_only(),
            py::arg("radius") = 0.0, py::arg("outward") = py::none(), py::arg("path") = py::none(),
+           py::arg("local") = false,
            "Adds a point and returns it. position: mm, LPS. kind: boundary (attracts the nearest part of the mesh), "
            "inside\n"
            "or outside. radius: radius of the marked ball, mm, 0 for the default. outward: outward direction of a\n"
            "boundary point, None for the normal of the surface nearby. path: further vertices of a stroke, mm, LPS, "
            "for\n"
-           "an inside or outside point. Raises Error for a mark outside the volume.")
+           "an inside or outside point. local: changes the segmentation only near the point. Raises Error for a mark\n"
+           "outside the volume.")
       .def("paint", &paint, py::arg("path"), py::arg("radius") = 0.0, py::kw_only(), py::arg("erase") = false,
            py::arg("normal") = py::none(), py::arg("thickness") = 0.0, py::arg("contour") = false,
            py::arg("edit") = py::none(),
@@ -228,11 +244,12 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
            "contour: the path encloses the voxels, in its slice or, with thickness 0, through the volume. edit:\n"
            "smart_paint (only voxels with the intensities of the path) or freeze (keeps the present voxels).")
       .def(
-          "add_lasso", &add_lasso, py::arg("path"), py::arg("normal"), py::arg("kind") = "inside",
+          "add_lasso", &add_lasso, py::arg("path"), py::arg("normal"), py::arg("kind") = "inside", py::kw_only(),
+          py::arg("local") = false,
           "Adds a lasso and returns it: inside strokes in a closed contour and an outside stroke around it, or for "
           "kind\n"
           "outside, outside strokes in it. path: vertices, mm, LPS; normal: of its slice. Raises Error if it encloses\n"
-          "nothing of the volume.")
+          "nothing of the volume. local: it changes the segmentation only near it.")
       .def("edit_voxels", &edit_voxels, py::arg("edit"), py::kw_only(), py::arg("size") = py::none(),
            py::arg("other") = py::none(),
            "Changes the voxels of the object and returns the paint. edit: keep_largest, remove_small (size: mm3),\n"

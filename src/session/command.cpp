@@ -21,6 +21,7 @@ const char* title(const AddPoint& c) {
   return c.brush.paints() ? title_of_paint(c.kind) : c.path_mm.empty() ? "add point" : "add stroke";
 }
 const char* title(const AddLasso& c) { return c.kind == MarkKind::Inside ? "add inside lasso" : "add outside lasso"; }
+const char* title(const SetIntensityRange&) { return "change range of intensities"; }
 const char* title(const EditVoxels& c) { return info_of(c.edit).title; }
 const char* title(const MovePoint&) { return "move point"; }
 const char* title(const DeletePoint&) { return "delete point"; }

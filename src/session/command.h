@@ -78,6 +78,7 @@ struct AddPoint {
   PaintBrush brush{};                      ///< paint or eraser: UserPoint::brush; a ball or a disc needs a radius
   /// Paint: SmartPaint, Freeze, or None for all voxels under the brush.
   VoxelEdit edit = VoxelEdit::None;
+  bool local = false;  ///< a mark: UserPoint::local
 };
 /// Adds a lasso (field/lasso_prompt.h), which is applied in one update.
 struct AddLasso {
@@ -85,6 +86,7 @@ struct AddLasso {
   MarkKind kind = MarkKind::Inside;         ///< Inside or Outside
   std::vector<Eigen::Vector3d> contour_mm;  ///< closed contour, at least three vertices
   Eigen::Vector3d normal{0, 0, 1};          ///< unit normal of its slice
+  bool local = false;                       ///< UserPoint::local of its strokes
 };
 /// Changes the voxels of the object of a mesh; the result is paint (session/edited_voxels.h).
 struct EditVoxels {
@@ -92,6 +94,12 @@ struct EditVoxels {
   VoxelEdit edit;
   double size = 0;   ///< VoxelEditInfo::size
   ItemId other = 0;  ///< the other mesh, if the edit uses one
+};
+/// Sets the intensities that the object of a mesh can have (MeshItem::intensity_range).
+struct SetIntensityRange {
+  ItemId mesh;
+  IntensityRange range;    ///< not empty; infinite limits: none
+  bool continues = false;  ///< whether it belongs to the drag of the previous command: undone together
 };
 struct MovePoint {
   ItemId point;
@@ -188,12 +196,12 @@ struct DeleteMeasurement {
 struct Undo {};
 struct Redo {};
 
-using Command =
-    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
-                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
-                 StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
-                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
-                 ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso>;
+using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
+                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
+                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
+                             CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison,
+                             CommitFieldComparison, EditVoxels, ChooseLabelPreset, AddMeasurement, MoveMeasurement,
+                             RenameMeasurement, DeleteMeasurement, AddLasso, SetIntensityRange>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -41,10 +41,12 @@ using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
 /// individually, because the effect of a mark depends on the field that it corrected. `report` receives the completed
 /// fraction, `publish` (may be empty) the preliminary fields of a first update. Throws only DeviceError;
 /// MeshField::problem is set for any other Error.
-std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::vector<Mark> marks,
-                                       std::vector<Mark> others, const VolumeGeometry& geometry,
-                                       const ReportProgress& report, const Publish& publish) {
+std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const IntensityRange& range,
+                                       std::vector<Mark> marks, std::vector<Mark> others,
+                                       const VolumeGeometry& geometry, const ReportProgress& report,
+                                       const Publish& publish) {
   auto solved = std::make_shared<MeshField>();
+  solved->intensity_range = range;
   const auto take_values = [&](MeshField& to) {
     to.cell = field.cell();
     to.box = field.box();
@@ -52,6 +54,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::ve
   };
   const auto publish_box = [&] {
     auto preliminary = std::make_shared<MeshField>();
+    preliminary->intensity_range = range;
     take_values(*preliminary);
     publish(std::move(preliminary));
   };
@@ -138,6 +141,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   };
   solving_mesh_ = item.id;
   solving_marks_ = marks;
+  solving_range_ = item.intensity_range;
   cancelled_ = false;
   progress_ = 0;
   running_ = true;
@@ -171,14 +175,20 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     });
     return;
   }
-  start_in_background([this, one = &fields_[item.id], marks = std::move(marks), others = std::move(others), run,
-                       stop_if_cancelled, publish] {
+  Field& field_of_mesh = fields_[item.id];
+  if (field_of_mesh.range != item.intensity_range) field_of_mesh = {item.intensity_range, nullptr};
+  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, marks = std::move(marks),
+                       others = std::move(others), run, stop_if_cancelled, publish] {
     const auto solve_with = [&](const MakeFieldSolver& make) {
       const bool first = !*one;
-      if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
+      if (first) {
+        EvidenceSettings settings = settings_;
+        settings.intensity_range = range;
+        *one = std::make_unique<EvidenceField>(*volume_, run, settings, make);
+      }
       // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(
-          **one, first, marks, others, volume_->geometry(),
+          **one, first, range, marks, others, volume_->geometry(),
           [this, stop_if_cancelled, from = progress_.load()](float fraction) {
             stop_if_cancelled();
             progress_ = from + (1 - from) * fraction;

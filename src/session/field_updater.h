@@ -56,6 +56,7 @@ class FieldUpdater {
   bool cancelled() const { return solving_mesh_ != 0 && cancelled_; }
   /// Marks of the field that was started last.
   const std::vector<Mark>& solving_marks() const { return solving_marks_; }
+  const IntensityRange& solving_range() const { return solving_range_; }  ///< of that field
   /// Mesh whose field is being solved; 0: none.
   ItemId solving_mesh() const { return solving_mesh_; }
   /// Completed fraction of the field that is being solved, 0 to 1; never decreases before finish(). 0 if no field is
@@ -86,9 +87,14 @@ class FieldUpdater {
   std::optional<std::string> notice_;
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<Volume> volume_;
-  std::map<ItemId, std::unique_ptr<EvidenceField>> fields_;
+  struct Field {
+    IntensityRange range;
+    std::unique_ptr<EvidenceField> field;
+  };
+  std::map<ItemId, Field> fields_;
   ItemId solving_mesh_ = 0;
   std::vector<Mark> solving_marks_;
+  IntensityRange solving_range_;
   std::atomic<bool> cancelled_ = false;  ///< read by the background thread between parallel loops
   std::atomic<float> progress_ = 0;      ///< completed fraction, written by the background thread
   std::future<Result> result_;

@@ -7,6 +7,7 @@
 
 #include "field/marks.h"
 #include "image/cell_grid.h"
+#include "image/intensity_range.h"
 #include "image/paint_stroke.h"
 
 namespace simplexseg {
@@ -18,11 +19,12 @@ struct MeshField {
   VoxelBox box{};  ///< box of cells of the volume
   /// One value for each cell, encoded as in FieldBox (src/forces/step_view.h); empty if the solution failed.
   std::vector<std::uint16_t> values;
-  std::vector<Mark> marks;   ///< empty for a preliminary field
-  std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: background for this mesh
-  bool leaks = false;        ///< whether the object reaches the sides of the largest box: it spreads without a border
-  float expected_dice = 1;   ///< expected Dice coefficient (EvidenceField::Report); 1 for field_of_start()
-  std::string problem;       ///< reason for the failure; empty: none
+  std::vector<Mark> marks;           ///< empty for a preliminary field
+  std::vector<Mark> others;          ///< inside marks of other meshes that reach the box: background for this mesh
+  IntensityRange intensity_range{};  ///< with which it was solved (MeshItem::intensity_range)
+  bool leaks = false;       ///< whether the object reaches the sides of the largest box: it spreads without a border
+  float expected_dice = 1;  ///< expected Dice coefficient (EvidenceField::Report); 1 for field_of_start()
+  std::string problem;      ///< reason for the failure; empty: none
   /// Field with paint (painted_field()): the field without it, the strokes, and the cells that they cover completely.
   std::shared_ptr<const MeshField> solved{};
   std::vector<PaintStroke> paint{};

@@ -20,19 +20,21 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
   for (const UserPoint& point : scene.points) {
     if (point.mesh != item.id || point.is_paint()) continue;
     if (point.is_lasso() && point.strokes) {
-      const std::vector<Mark> lasso =
-          marks_of_strokes(*point.strokes, point.continues ? MarkLink::Update : MarkLink::None);
+      std::vector<Mark> lasso = marks_of_strokes(*point.strokes, point.continues ? MarkLink::Update : MarkLink::None);
+      for (Mark& mark : lasso) mark.local = point.local;
       marks.insert(marks.end(), lasso.begin(), lasso.end());
     }
     if (point.is_lasso() || !volume.geometry().contains(point.position_mm)) continue;
     if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
     if (point.kind == MarkKind::Boundary) {
-      marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, min_radius_mm), point.outward});
+      marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, min_radius_mm), point.outward,
+                       MarkLink::None, point.local});
       continue;
     }
     const double radius_mm = point.radius_mm > 0 ? point.radius_mm : min_radius_mm;
     std::vector<Mark> stroke = marks_of_stroke(point.kind, point.vertices_mm(), radius_mm);
     std::erase_if(stroke, [&](const Mark& mark) { return !volume.geometry().contains(mark.position_mm); });
+    for (Mark& mark : stroke) mark.local = point.local;
     if (!stroke.empty()) stroke[0].link = point.continues ? MarkLink::Update : MarkLink::None;
     marks.insert(marks.end(), stroke.begin(), stroke.end());
   }
@@ -66,7 +68,7 @@ std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field,
 
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume) {
   if (!uses_field(item, volume)) return false;
-  if (!item.field) return true;
+  if (!item.field || (!item.start && item.intensity_range != item.field->intensity_range)) return true;
   const std::vector<Mark> others = within_reach(marks_of_others(scene, item, volume), *item.field, volume.geometry());
   return marks_of(scene, item, volume) != item.field->marks || others != item.field->others;
 }

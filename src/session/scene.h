@@ -13,6 +13,7 @@
 #include "core/segment_code.h"
 #include "forces/parameters.h"
 #include "forces/region_model.h"
+#include "image/intensity_range.h"
 #include "image/measurement.h"
 #include "mesh/simplex_mesh.h"
 #include "session/mesh_field.h"
@@ -81,6 +82,7 @@ struct MeshItem {
   std::vector<Vec4> shape;                ///< reference of shape memory; set when the mesh is made, refined or rebuilt
   std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
+  IntensityRange intensity_range;          ///< constraint of its field: other intensities are background
   std::shared_ptr<const MeshField> field;  ///< field solved from the marks; null: not solved yet
   /// Set while the user has cancelled the update of `field` (is_update_cancelled()); null: not cancelled. Not saved, so
   /// that a reopened scene applies all its marks.
@@ -118,6 +120,7 @@ struct UserPoint {
 
   VoxelEdit edit = VoxelEdit::None;             ///< paint of `voxels`: the edit that determined them
   std::shared_ptr<const PaintVoxels> voxels{};  ///< voxels of a brush of shape Voxels; otherwise null
+  bool local = false;                           ///< a mark that changes the object only near it (Mark::local)
 
   /// Lasso of inside or outside: unit normal of the slice of its closed contour, whose vertices are vertices_mm(); 0:
   /// not a lasso.

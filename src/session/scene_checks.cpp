@@ -33,6 +33,7 @@ void check_mesh(const MeshItem& item, const Volume& volume) {
                   "segmentation '" + item.name + "', " + force.name);
   check_seed(item.seed, item.name, volume);
   check_code(item.code, item.name);
+  check_range(item.intensity_range);
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
 
@@ -118,6 +119,11 @@ void check_paint(const UserPoint& point) {
     throw Error("paint", "its contour has no unit normal, or a thickness that is not from 0 to 1000 mm",
                 "correct the brush");
   if (point.path_mm.size() < 2) throw Error("paint", "its contour has fewer than three vertices", "draw a larger one");
+}
+
+void check_range(const IntensityRange& range) {
+  if (!(range.low < range.high))
+    throw Error("the range of intensities", "its lower limit is not below the upper one", "correct it");
 }
 
 void check_code(const SegmentCode& code, const std::string& name) {

@@ -182,6 +182,7 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
   point.path_mm = command.path_mm;
   point.brush = command.brush;
   point.edit = command.edit;
+  point.local = command.local && !point.is_paint();
   if (point.is_paint()) {
     if (point.edit != VoxelEdit::None && !info_of(point.edit).uses_stroke)
       throw Error(info_of(point.edit).title, "it changes all voxels and needs no stroke", "use the command for it");
@@ -244,11 +245,24 @@ SceneChange SceneEditor::execute(const ResizePoint& command) {
 SceneChange SceneEditor::execute(const AddLasso& command) {
   refuse_locked(item_of(command.mesh));
   UserPoint lasso = new_lasso(command.kind, command.contour_mm, command.normal, command.mesh, false);
+  lasso.local = command.local;
   lasso.id = next_id_;
   // Earlier versions added each stroke as a point: logs of them count an id for each.
   next_id_ += static_cast<ItemId>(stroke_count(lasso));
   scene_.points.push_back(std::move(lasso));
   return {EngineUpdate::Points, scene_.points.back().id};
+}
+
+SceneChange SceneEditor::execute(const SetIntensityRange& command) {
+  MeshItem& item = item_of(command.mesh);
+  refuse_locked(item);
+  check_range(command.range);
+  if (item.start && command.range.is_limited())
+    throw Error("segmentation '" + item.name + "'", "it starts from labels or a mesh, which the image does not change",
+                "start it from a seed to limit its intensities");
+  item.intensity_range = command.range;
+  item.cancelled = nullptr;
+  return {EngineUpdate::Nothing};
 }
 
 SceneChange SceneEditor::execute(const EditVoxels& command) {

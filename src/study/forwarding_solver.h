@@ -17,7 +17,7 @@ class ForwardingSolver : public FieldSolver {
     inner_->set_box(cell, box, scale_mm);
     cell_ = cell, box_ = box;
   }
-  void store_previous() override { inner_->store_previous(); }
+  void store_previous(bool only_object) override { inner_->store_previous(only_object); }
   void discard_previous() override { inner_->discard_previous(); }
   bool has_previous() const override { return inner_->has_previous(); }
   std::vector<std::uint8_t> previous_object(std::span<const Eigen::Vector3d> places_mm) const override {

@@ -67,17 +67,30 @@ TEST(Constraints, AreThoseOfTheLastBallOrOfTheSideOfTheBox) {
       const CpuFieldExecutor executor;
       ConstraintMask<CpuFieldExecutor> found(executor);
       std::vector<Constraint> constraints(n);
-      found.find(geometry, box, finite.data(), marks, others, constraints.data());
+      found.find(geometry, box, finite.data(), nullptr, marks, others, constraints.data());
       EXPECT_EQ(constraints, reference(geometry, box, finite, marks, others));
       EXPECT_EQ(constraint_mask(geometry, box, finite, marks, others), constraints);
       for (const Constraint kind :
            {Constraint::Inside, Constraint::Outside, Constraint::OtherObject, Constraint::NotFinite})
         EXPECT_GT(std::count(constraints.begin(), constraints.end(), kind), 3);
-      found.find(geometry, box, nullptr, std::span(marks).first(1), {}, constraints.data());
+      found.find(geometry, box, nullptr, nullptr, std::span(marks).first(1), {}, constraints.data());
       EXPECT_EQ(constraints, reference(geometry, box, {}, std::span(marks).first(1), {}));
       EXPECT_EQ(constraint_mask(geometry, box, {}, std::span(marks).first(1), {}), constraints);
     }
   }
+}
+
+TEST(Constraints, VoxelsOutOfRangeYieldToMarksAndToSidesOfTheBox) {
+  const VolumeGeometry geometry = geometry_of(false);
+  const VoxelBox box{{2, 0, 3}, {24, 26, 12}};
+  const std::vector<Mark> marks = marks_in(geometry);
+  const std::vector<std::uint8_t> none(box.voxel_count(), 0);
+  const std::vector<Constraint> in_range = constraint_mask(geometry, box, {}, marks, {}),
+                                out_of_range = constraint_mask(geometry, box, {}, marks, {}, none);
+  for (std::size_t v = 0; v < in_range.size(); ++v)
+    EXPECT_EQ(out_of_range[v], in_range[v] == Constraint::None ? Constraint::OutOfRange : in_range[v]) << v;
+  EXPECT_TRUE(is_excluded(Constraint::OutOfRange));
+  EXPECT_FALSE(is_excluded_by_mark(Constraint::OutOfRange)) << "holes of single voxels are filled";
 }
 
 TEST(Constraints, TheNearestVoxelOfASmallBallBelongsToIt) {

@@ -134,6 +134,58 @@ TEST(EvidenceField, OtherObjectsAreBackground) {
   EXPECT_GT(std::count(object.voxels.begin(), object.voxels.end(), 1), 3000);
 }
 
+/// Numbers of voxels of a mask whose intensity is at most a limit, and above it.
+std::array<int, 2> counts_below_and_above(const Mask& mask, const Volume& image, float limit) {
+  std::array<int, 2> counts{};
+  for (std::size_t v = 0; v < mask.voxels.size(); ++v)
+    if (mask.voxels[v]) ++counts[image.voxels<float>()[v] > limit];
+  return counts;
+}
+
+TEST(EvidenceField, ARangeOfIntensitiesKeepsOutBrighterTissue) {
+  const Scene scene = scene_of(
+      ellipsoid(64, 1, {1, 1, 1}).truth.geometry,
+      [](const Eigen::Vector3d& mm) {
+        const bool rod = mm.x() > 10 && std::hypot(mm.y(), mm.z()) < 6;
+        return rod ? 135.0 : mm.norm() < 14 ? 100.0 : 0.0;
+      },
+      4);
+  const std::vector<Mark> marks{inside({0, 0, 0}, 6)};
+  EvidenceSettings settings;
+  EvidenceField free(scene.image);
+  free.update(marks);
+  settings.intensity_range = {60, 118};
+  EvidenceField limited(scene.image, run_serially(), settings);
+  limited.update(marks);
+  const auto [in_free, bright_in_free] = counts_below_and_above(free.object(), scene.image, 127);
+  const auto [in_limited, bright_in_limited] = counts_below_and_above(limited.object(), scene.image, 127);
+  EXPECT_GT(bright_in_free, 100) << "without a range the rod is included";
+  EXPECT_EQ(bright_in_limited, 0);
+  EXPECT_GT(in_limited, 0.9 * in_free);
+}
+
+TEST(EvidenceField, ARangeFillsEnclosedSpotsAndYieldsToMarks) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 4);
+  Volume image = scene.image;
+  const Eigen::Affine3d index = image.geometry().index_from_world();
+  const auto set = [&](const Eigen::Vector3d& mm, float value) {
+    const Eigen::Vector3i at = (index * mm).array().round().cast<int>();
+    const std::size_t voxel = image.offset(at[0], at[1], at[2]);
+    image.voxels<float>()[voxel] = value;
+    return voxel;
+  };
+  const std::size_t spot = set({8, 0, 0}, 900), outer = set({0, 13, 0}, 900);
+  EvidenceSettings settings;
+  settings.intensity_range = {120, 180};
+  settings.image_smoothing = 0;
+  EvidenceField field(image, run_serially(), settings);
+  field.update(std::vector{inside({0, 0, 0}, 6)});
+  EXPECT_EQ(field.object().voxels[spot], 1) << "a spot within the object is filled";
+  EXPECT_EQ(field.object().voxels[outer], 0);
+  field.update(std::vector{inside({0, 0, 0}, 6), inside({0, 13, 0}, 4)});
+  EXPECT_EQ(field.object().voxels[outer], 1) << "a mark is stronger than the range";
+}
+
 TEST(EvidenceField, MarksOfOtherObjectsDoNotChangeThePrior) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 10);
   EvidenceField field(scene.image), alone(scene.image);

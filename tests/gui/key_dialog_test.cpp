@@ -36,12 +36,12 @@ std::string refusal_of_keys(const std::string& text) {
 TEST(KeyAssignments, KeepOnlyDifferencesAndNoKeyTwice) {
   KeyAssignment keys;
   EXPECT_EQ(keys.key_of(Act::ToolFreeze), key_named("K"));
-  keys.set(Act::ToolFreeze, key_named("F8"));
+  keys.set(Act::ToolFreeze, key_named("F11"));
   EXPECT_TRUE(keys.is_changed(Act::ToolFreeze));
   EXPECT_FALSE(keys.act_with(key_named("K")));
-  keys.set(Act::Lasso, key_named("F8"));  // takes it over
+  keys.set(Act::Lasso, key_named("F11"));  // takes it over
   EXPECT_TRUE(keys.key_of(Act::ToolFreeze).isEmpty());
-  EXPECT_EQ(keys.act_with(key_named("F8")), Act::Lasso);
+  EXPECT_EQ(keys.act_with(key_named("F11")), Act::Lasso);
   keys.reset(Act::Lasso);
   EXPECT_FALSE(keys.is_changed(Act::Lasso));
   keys.set(Act::ToolFreeze, key_named("I"));  // of the slices
@@ -56,7 +56,7 @@ TEST(KeyAssignments, KeepOnlyDifferencesAndNoKeyTwice) {
 
 TEST(KeyAssignments, AreWrittenAndReadAndBadFilesAreOneLine) {
   KeyAssignment keys;
-  keys.set(Act::ToolBrush, key_named("Ctrl+Shift+F9"));
+  keys.set(Act::ToolBrush, key_named("Ctrl+Shift+F12"));
   keys.set(Act::Lasso, key_named("K"));
   keys.set(Act::RunPause, {});
   const std::string text = keys_json(keys);
@@ -77,7 +77,7 @@ TEST(KeyAssignments, AreWrittenAndReadAndBadFilesAreOneLine) {
       {"{\"simplexseg_keys\": 1, \"keys\": {\"ToolBrush\": \"no key\"}}", "no key"},
       {"{\"simplexseg_keys\": 1, \"keys\": {\"ToolBrush\": \"Tab\"}}", "focus"},
       {"{\"simplexseg_keys\": 1, \"keys\": {\"ToolBrush\": \"K\"}}", "same key"},
-      {"{\"simplexseg_keys\": 1, \"keys\": {\"ToolBrush\": \"F9\", \"ToolBrush\": \"F8\"}}", "twice"}};
+      {"{\"simplexseg_keys\": 1, \"keys\": {\"ToolBrush\": \"F12\", \"ToolBrush\": \"F11\"}}", "twice"}};
   for (const auto& [bad, expected] : cases) {
     const std::string message = refusal_of_keys(bad);
     EXPECT_NE(message.find(expected), std::string::npos) << bad << ": " << message;
@@ -131,35 +131,35 @@ class KeyDialogTest : public PausedPhantomTest {
 
 TEST_F(KeyDialogTest, AChangedKeyActsAndAppearsEverywhere) {
   open();
-  enter(Act::ToolBrush, Qt::Key_F8);
+  enter(Act::ToolBrush, Qt::Key_F11);
   EXPECT_EQ(message(), "");
-  EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "F8");
+  EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "F11");
   EXPECT_EQ(row_of(Act::ToolBrush)->text(2), "B");
-  press(Qt::Key_F8);
+  press(Qt::Key_F11);
   EXPECT_EQ(bench().view.tool, Tool::Crosshair) << "not before OK";
   close_with(QDialogButtonBox::Ok);
-  press(Qt::Key_F8);
+  press(Qt::Key_F11);
   EXPECT_EQ(bench().view.tool, Tool::Brush);
   press(Qt::Key_1);
   press(Qt::Key_B);
   EXPECT_EQ(bench().view.tool, Tool::Crosshair) << "the former key has no effect";
   const QAction* action = window_->actions()[Act::ToolBrush];
-  EXPECT_EQ(action->shortcut(), key_named("F8"));
-  EXPECT_TRUE(action->toolTip().contains("(F8)")) << action->toolTip().toStdString();
-  EXPECT_TRUE(bindings_html().contains("<b>F8</b>"));
+  EXPECT_EQ(action->shortcut(), key_named("F11"));
+  EXPECT_TRUE(action->toolTip().contains("(F11)")) << action->toolTip().toStdString();
+  EXPECT_TRUE(bindings_html().contains("<b>F11</b>"));
   EXPECT_FALSE(bindings_html().contains("<b>B</b>"));
 }
 
 TEST_F(KeyDialogTest, KeysOfTheSlicesAndHeldModesChangeToo) {
   open();
-  enter(Act::AddInside, Qt::Key_J);
+  enter(Act::AddInside, Qt::Key_Z);
   enter(Act::NextSlice, Qt::Key_Home);
   enter(Act::Lasso, Qt::Key_U, Qt::ShiftModifier);
   close_with(QDialogButtonBox::Ok);
   mouse(axial(), QEvent::MouseMove, axial().pixel_of(bench().view.crosshair_mm), Qt::NoButton, Qt::NoButton);
   QTest::keyClick(&axial(), Qt::Key_I);
   EXPECT_TRUE(scene().points.empty());
-  QTest::keyClick(&axial(), Qt::Key_J);
+  QTest::keyClick(&axial(), Qt::Key_Z);
   ASSERT_EQ(scene().points.size(), 1u);
   EXPECT_EQ(scene().points[0].kind, MarkKind::Inside);
   const double before = bench().view.crosshair_mm.z();
@@ -193,8 +193,8 @@ TEST_F(KeyDialogTest, AKeyOfAnotherActionIsTakenOverOnRequest) {
 
 TEST_F(KeyDialogTest, OneKeyOrAllAreResetAndCancelChangesNothing) {
   open();
-  enter(Act::ToolBrush, Qt::Key_F8);
-  enter(Act::ToolEraser, Qt::Key_F9);
+  enter(Act::ToolBrush, Qt::Key_F11);
+  enter(Act::ToolEraser, Qt::Key_F12);
   select(Act::ToolBrush);
   const auto button = [&](const QString& text) -> QPushButton* {
     for (QPushButton* one : dialog()->findChildren<QPushButton*>())
@@ -203,12 +203,12 @@ TEST_F(KeyDialogTest, OneKeyOrAllAreResetAndCancelChangesNothing) {
   };
   QTest::mouseClick(button("Default"), Qt::LeftButton);
   EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "B");
-  EXPECT_EQ(row_of(Act::ToolEraser)->text(1), "F9");
+  EXPECT_EQ(row_of(Act::ToolEraser)->text(1), "F12");
   QTest::mouseClick(button("No key"), Qt::LeftButton);
   EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "none");
   QTest::mouseClick(button("All defaults"), Qt::LeftButton);
   EXPECT_TRUE(dialog()->keys().is_default());
-  enter(Act::ToolBrush, Qt::Key_F8);
+  enter(Act::ToolBrush, Qt::Key_F11);
   close_with(QDialogButtonBox::Cancel);
   EXPECT_TRUE(KeyMap::shared().keys().is_default());
 }
@@ -232,20 +232,20 @@ TEST_F(KeyDialogTest, ListsEveryKeyAndIsSearched) {
 
 TEST_F(KeyDialogTest, KeysAreExportedAndImported) {
   open();
-  enter(Act::ToolBrush, Qt::Key_F8);
+  enter(Act::ToolBrush, Qt::Key_F11);
   const QString path = folder_.filePath("Schlüssel.json");
   dialog()->export_to(path);
   ASSERT_TRUE(QFile::exists(path)) << message().toStdString();
-  enter(Act::ToolBrush, Qt::Key_F9);
+  enter(Act::ToolBrush, Qt::Key_F12);
   dialog()->import_from(path);
-  EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "F8");
+  EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "F11");
   QFile bad(folder_.filePath("bad.json"));
   ASSERT_TRUE(bad.open(QIODevice::WriteOnly));
   bad.write("{\"simplexseg_keys\": 1, \"keys\": {\"ToolBrush\": \"K\"}}");
   bad.close();
   dialog()->import_from(bad.fileName());
   EXPECT_TRUE(message().contains("same key")) << message().toStdString();
-  EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "F8") << "nothing is lost";
+  EXPECT_EQ(row_of(Act::ToolBrush)->text(1), "F11") << "nothing is lost";
   dialog()->export_to(folder_.filePath("none/keys.json"));
   EXPECT_FALSE(message().contains("Exported")) << message().toStdString();
   close_with(QDialogButtonBox::Cancel);
@@ -257,13 +257,13 @@ TEST_F(KeyDialogTest, ChangedKeysAreRemembered) {
     KeySettings settings;
     EXPECT_EQ(settings.fault(), "");
     KeyAssignment keys;
-    keys.set(Act::ToolBrush, key_named("F8"));
+    keys.set(Act::ToolBrush, key_named("F11"));
     KeyMap::shared().assign(keys);
   }
   KeyMap::shared().assign({});
   {
     KeySettings settings;
-    EXPECT_EQ(window_->actions()[Act::ToolBrush]->shortcut(), key_named("F8"));
+    EXPECT_EQ(window_->actions()[Act::ToolBrush]->shortcut(), key_named("F11"));
     KeyMap::shared().assign({});
   }
   KeySettings settings;

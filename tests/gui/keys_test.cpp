@@ -53,6 +53,29 @@ TEST_F(KeysTest, AfterReturnKeysActOnTheViewsAgain) {
   EXPECT_TRUE(bench().running());
 }
 
+TEST_F(KeysTest, KeysCutTheViewIn3dAndShowTheVolume) {
+  const ViewState& view = bench().view;
+  const std::pair<Qt::Key, int> planes[] = {{Qt::Key_F5, 0}, {Qt::Key_F6, 1}, {Qt::Key_F7, 2}, {Qt::Key_F8, 3}};
+  for (const auto& [key, n] : planes) {
+    const auto plane = static_cast<std::size_t>(n);
+    press(key);
+    EXPECT_TRUE(view.clip.on[plane]) << n;
+    QTest::keyClick(window_->windowHandle(), key, Qt::ShiftModifier);
+    EXPECT_TRUE(view.clip.flipped[plane]) << n;
+    press(key);
+    EXPECT_FALSE(view.clip.on[plane]) << n;
+  }
+  press(Qt::Key_F9);
+  EXPECT_TRUE(view.clip.on[3]);
+  EXPECT_FALSE(view.clip.flipped[3]) << "the viewer's side is removed";
+  QTest::keyClick(window_->windowHandle(), Qt::Key_F9, Qt::ShiftModifier);
+  EXPECT_FALSE(view.clip.image_on_caps);
+  QTest::keyClick(window_->windowHandle(), Qt::Key_V, Qt::ShiftModifier);
+  EXPECT_EQ(view.volume_mode, VolumeMode::Maximum);
+  QTest::keyClick(window_->windowHandle(), Qt::Key_V, Qt::ShiftModifier);
+  EXPECT_EQ(view.volume_mode, VolumeMode::Off);
+}
+
 TEST_F(KeysTest, EscapeRestoresThePreviousNumber) {
   type("3");
   press(Qt::Key_Escape);

@@ -116,17 +116,17 @@ TEST_F(LayoutTest, TheCliniciansLayoutIsTheDefaultAndNamesNoForces) {
         if (entry->isVisible()) entries << entry->text();
     return entries.join('\n');
   };
-  EXPECT_EQ(tabs_shown(), (QStringList{"Points", "Check"}));
+  EXPECT_EQ(tabs_shown(), (QStringList{"Points", "Intensity", "Check"}));
   for (const char* word : {"fine", "profiles", "One step", "Compare"})
     EXPECT_FALSE(menus().contains(word)) << menus().toStdString();
   window_->actions()[Act::Researcher]->trigger();
   QApplication::processEvents();
-  EXPECT_EQ(tabs_shown().mid(0, 4), (QStringList{"Forces", "Simulation", "Points", "Check"}));
-  EXPECT_EQ(tabs_shown().size(), 6);
+  EXPECT_EQ(tabs_shown().mid(0, 5), (QStringList{"Forces", "Simulation", "Points", "Intensity", "Check"}));
+  EXPECT_EQ(tabs_shown().size(), 7);
   for (const char* word : {"fine", "profiles", "One step", "Compare"}) EXPECT_TRUE(menus().contains(word)) << word;
   window_->actions()[Act::Researcher]->trigger();
   QApplication::processEvents();
-  EXPECT_EQ(tabs_shown(), (QStringList{"Points", "Check"}));
+  EXPECT_EQ(tabs_shown(), (QStringList{"Points", "Intensity", "Check"}));
 }
 
 TEST_F(LayoutTest, ViewsCanBeArrangedAroundALargeOne) {

@@ -34,11 +34,13 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
       {1, EditVoxels{8, VoxelEdit::Margin, -1.0 / 3}},
       {1, EditVoxels{8, VoxelEdit::Subtract, 0, 5}},
       {1, AddPoint{5, p, MarkKind::Outside, 2, {0, 0, 0}, {p, -p}, PaintBrush::contour(p, 0), VoxelEdit::Freeze}},
-      {1, AddLasso{8, MarkKind::Outside, {p, -p, {1, 2, 1.0 / 3}}, {0.6, 0, 0.8}}},
+      {1, AddLasso{8, MarkKind::Outside, {p, -p, {1, 2, 1.0 / 3}}, {0.6, 0, 0.8}, true}},
       {1, Undo{}},
       {1, Redo{}},
       {2, ChooseLabelPreset{"abdomen", {{"a \"b\"", 65535}, {"Ü", 1}}}},
       {2, ChooseLabelPreset{}},
+      {1, SetIntensityRange{4, {-1.0 / 3, std::numeric_limits<double>::infinity()}, true}},
+      {1, SetIntensityRange{4, {}}},
   };
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k)
@@ -112,11 +114,16 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   EXPECT_TRUE(lasso.mesh == lasso_again.mesh && lasso.kind == lasso_again.kind);
   EXPECT_EQ(lasso.contour_mm, lasso_again.contour_mm);
   EXPECT_EQ(lasso.normal, lasso_again.normal);
+  EXPECT_TRUE(lasso_again.local);
   for (const std::size_t at : {25u, 26u}) {
     const auto [a, b] = get(std::type_identity<ChooseLabelPreset>{}, at);
     EXPECT_TRUE(a.preset == b.preset && a.by_name == b.by_name);
   }
-  for (std::size_t at = 27; at < log.size(); ++at) {
+  for (const std::size_t at : {27u, 28u}) {
+    const auto [a, b] = get(std::type_identity<SetIntensityRange>{}, at);
+    EXPECT_TRUE(a.mesh == b.mesh && a.range == b.range && a.continues == b.continues);
+  }
+  for (std::size_t at = 29; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
                 a.continues == b.continues)

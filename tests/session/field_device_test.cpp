@@ -18,7 +18,7 @@ class FailingSolver final : public FieldSolver {
     field_->set_box(cell, box, scale_mm);
     box_ = field_->box();
   }
-  void store_previous() override { field_->store_previous(); }
+  void store_previous(bool only_object) override { field_->store_previous(only_object); }
   void discard_previous() override { field_->discard_previous(); }
   bool has_previous() const override { return field_->has_previous(); }
   std::vector<std::uint8_t> previous_object(std::span<const Eigen::Vector3d> places_mm) const override {

@@ -44,28 +44,31 @@ inline std::vector<int> lists_of_planes(std::span<const PaintedBall> balls, int 
 struct ConstraintOfVoxel {
   BoxBoundary boundary;
   PaintedBalls marks;
-  const std::uint8_t* finite;
+  const std::uint8_t *finite, *in_range;  ///< null: 1 for all
   Constraint* constraints;
 
   SIMPLEXSEG_HD void operator()(const CellAt& p) const {
-    const Constraint before = finite && !finite[p.v] ? Constraint::NotFinite : boundary(p.i, p.j, p.k);
+    const Constraint side = boundary(p.i, p.j, p.k);
+    const Constraint before = finite && !finite[p.v]                                   ? Constraint::NotFinite
+                              : side == Constraint::None && in_range && !in_range[p.v] ? Constraint::OutOfRange
+                                                                                       : side;
     constraints[p.v] = marks.applied_to(before, p);
   }
 };
 
 /// constraint_mask() (field/marked_voxels.h) on an executor, with equal results. In its memory, with a value for each
-/// voxel of the box: `finite`, null if all are finite, and `constraints`, which is written.
+/// voxel of the box: `finite` and `in_range`, null if 1 everywhere, and `constraints`, which is written.
 template <class Executor>
 class ConstraintMask {
  public:
   explicit ConstraintMask(const Executor& executor) : executor_(executor) {}
 
   void find(const VolumeGeometry& geometry, const VoxelBox& box, const std::uint8_t* finite,
-            std::span<const Mark> marks, std::span<const Mark> others, Constraint* constraints,
-            const BoxSides& open = {}) {
+            const std::uint8_t* in_range, std::span<const Mark> marks, std::span<const Mark> others,
+            Constraint* constraints, const BoxSides& open = {}) {
     const BoxGrid grid{box.size};
     executor_.each_cell(grid, ConstraintOfVoxel{BoxBoundary(box, geometry.size, open),
-                                                upload(geometry, box, marks, others), finite, constraints});
+                                                upload(geometry, box, marks, others), finite, in_range, constraints});
   }
   /// Uploads the balls of the marks, for kernels that apply them to other constraints.
   PaintedBalls upload(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,

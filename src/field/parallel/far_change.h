@@ -24,9 +24,9 @@ struct NewMarkDepth {
 struct DampFarChange {
   const NewMarkDepth* marks;
   int count;
-  float mm[3];                   ///< spacing of cells
-  float far_depths;              ///< depths from a mark at which half of the reduction applies, from 2/3 to 4/3 of it
-  float share;                   ///< of the change that remains far away
+  float mm[3];       ///< spacing of cells
+  float far_depths;  ///< depths from a mark at which half of the reduction applies, from 2/3 to 4/3 of it
+  float share;       ///< of the change that remains far away; 0: also of unknown cells, which are background
   const std::uint8_t* previous;  ///< previous field, 1..255 for 0..1, 0: unknown
   const Constraint* constraints;
   float* field;
@@ -45,9 +45,9 @@ struct DampFarChange {
   }
   SIMPLEXSEG_HD void operator()(const CellAt& at) const {
     const int v = at.v;
-    if (previous[v] == 0 || constraints[v] == Constraint::Inside || is_excluded(constraints[v])) return;
+    if ((previous[v] == 0 && share > 0) || constraints[v] == Constraint::Inside || is_excluded(constraints[v])) return;
     const float away = smaller(larger(1.5f * depths_away(at) / far_depths - 1, 0.0f), 1.0f);
-    const float old = from_8_bits(previous[v]);
+    const float old = previous[v] == 0 ? 0.0f : from_8_bits(previous[v]);
     field[v] = old + (1 - away * (1 - share)) * (field[v] - old);
   }
 };

@@ -67,8 +67,15 @@ struct LoadSolution {
 };
 struct StorePrevious {
   const float* field;
+  const std::uint8_t* object;  ///< null: the value of each cell is stored; else of cells on the side of the object mask
   std::uint8_t* previous;
-  SIMPLEXSEG_HD void operator()(int v) const { previous[v] = to_8_bits(field[v]); }
+  SIMPLEXSEG_HD void operator()(int v) const {
+    constexpr int kInObject = kPreviousThreshold + 2;  // smallest value that from_8_bits() makes larger than 0.5
+    const int value = to_8_bits(field[v]);
+    const bool too_small = object && object[v] != 0 && value < kInObject;
+    const bool too_large = object && object[v] == 0 && value > kPreviousThreshold;
+    previous[v] = static_cast<std::uint8_t>(too_small ? kInObject : too_large ? kPreviousThreshold : value);
+  }
 };
 
 template <class T>
@@ -110,6 +117,10 @@ class ParallelFieldSolver final : public FieldSolver {
     if (std::ranges::count(image.finite, std::uint8_t{0}) != 0)
       finite_ = executor_.copy_of(std::span<const std::uint8_t>(image.finite));
     image_ = executor_.copy_of(std::span<const float>(image.value));
+    in_range_ = {};
+    if (settings_.intensity_range.is_limited())
+      in_range_ = executor_.copy_of(std::span<const std::uint8_t>(
+          cells_in_range(volume_, cell, box, settings_.intensity_range, spacing_mm_, settings_.image_smoothing, run_)));
     smooth_by_least_spacing(image.value, image.grid, spacing_mm_, settings_.image_smoothing, run_);
     smoothed_ = executor_.copy_of(std::span<const float>(image.value));
     resample(resampling, solution_);
@@ -120,10 +131,11 @@ class ParallelFieldSolver final : public FieldSolver {
     forget_copies();
   }
 
-  void store_previous() override {
+  void store_previous(bool only_object) override {
     if (probability_.size() == 0) return;
     previous_ = executor_.template array<std::uint8_t>(probability_.size());
-    executor_.each(count(), StorePrevious{probability_.data(), previous_.data()});
+    executor_.each(count(),
+                   StorePrevious{probability_.data(), only_object ? object_voxels_.data() : nullptr, previous_.data()});
     has_previous_ = true;
   }
   void discard_previous() override {
@@ -139,7 +151,7 @@ class ParallelFieldSolver final : public FieldSolver {
   }
 
   void set_constraints(std::span<const Mark> marks, std::span<const Mark> others, const BoxSides& open) override {
-    constraint_mask_.find(cells_, box_, finite_.data(), marks, others, constraints_.data(), open);
+    constraint_mask_.find(cells_, box_, finite_.data(), in_range_.data(), marks, others, constraints_.data(), open);
     host_constraints_.clear();
   }
 
@@ -245,9 +257,9 @@ class ParallelFieldSolver final : public FieldSolver {
   void record_features(bool record) override { prior_.record_features(record); }
   const PriorFeatures& features() const override { return prior_.features(); }
   std::size_t bytes() const override {
-    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + previous_.bytes() + constraints_.bytes() +
-           solution_.bytes() + target_.bytes() + fixed_.bytes() + probability_.bytes() + object_voxels_.bytes() +
-           prior_.bytes() + (walker_ ? walker_->bytes() + smoothing_->bytes() : 0) +
+    return finite_.bytes() + in_range_.bytes() + image_.bytes() + smoothed_.bytes() + previous_.bytes() +
+           constraints_.bytes() + solution_.bytes() + target_.bytes() + fixed_.bytes() + probability_.bytes() +
+           object_voxels_.bytes() + prior_.bytes() + (walker_ ? walker_->bytes() + smoothing_->bytes() : 0) +
            (object_finder_ ? object_finder_->bytes() : 0) +
            (host_probability_.size() + host_smoothed_.size()) * sizeof(float) + host_object_.voxels.size() +
            host_constraints_.size();
@@ -312,7 +324,8 @@ class ParallelFieldSolver final : public FieldSolver {
   std::array<double, 3> spacing_mm_{};  ///< of the cells
   double scale_of_box_mm_ = 0;          // object scale for which the blocks of the prior were computed
   double beta_ = 0;
-  Array<std::uint8_t> finite_;  // empty if all cells are finite
+  Array<std::uint8_t> finite_;    // empty if all cells are finite
+  Array<std::uint8_t> in_range_;  // empty without a range
   Array<std::uint8_t> previous_;
   Array<float> image_, smoothed_, probability_;
   Array<Constraint> constraints_;

@@ -48,8 +48,8 @@ class ParallelObject {
     const KeptVoxels open = keep_connected(
         executor_, grid, [=] SIMPLEXSEG_KERNEL(const CellAt& at) { return voxels[at.v] == 0; },
         [=] SIMPLEXSEG_KERNEL(const CellAt& at) {
-          return is_excluded(constraints[at.v]) || steps_to_side(at.i, ni) == 0 || steps_to_side(at.j, nj) == 0 ||
-                 steps_to_side(at.k, nk) == 0;
+          return is_excluded_by_mark(constraints[at.v]) || steps_to_side(at.i, ni) == 0 ||
+                 steps_to_side(at.j, nj) == 0 || steps_to_side(at.k, nk) == 0;
         },
         parent_.data(), keep_.data());
     // Beginnings and ends of the runs of the object, and its voxels near the sides of the box.

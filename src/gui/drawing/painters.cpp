@@ -144,6 +144,9 @@ void Program::set(const char* uniform, const Eigen::Vector2f& value) const {
   glProgramUniform2fv(program_, location(uniform), 1, value.data());
 }
 void Program::set(const char* uniform, float value) const { glProgramUniform1f(program_, location(uniform), value); }
+void Program::set(const char* uniform, std::span<const Eigen::Vector4f> values) const {
+  glProgramUniform4fv(program_, location(uniform), static_cast<int>(values.size()), values[0].data());
+}
 
 void SliceQuad::create(const char* vertex, const char* fragment) {
   program_.create(vertex, fragment);
@@ -181,7 +184,11 @@ void SlicePainter::destroy() {
   levels_ = 0;
 }
 
-void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
+void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black,
+                        CutEquations cut, const std::array<float, 2>& tinted, const Rgba& tint) const {
+  const CutScope scope(quad_.program(), cut);
+  quad_.program().set("tinted", Eigen::Vector2f(tinted[0], tinted[1]));
+  quad_.program().set("tint", tint);
   quad_.program().set("darkest_shown", show_black ? -1.0f : 0.03f);
   quad_.program().set("mean_level", static_cast<float>(slice.mean_level));
   constexpr unsigned kMeans = 1;  // texture unit that slice.frag uses
@@ -310,12 +317,11 @@ void SurfaceArray::bind(const SceneBuffers& buffers, bool with_values) const {
   glBindVertexArray(vertex_array_);
 }
 
-namespace {
-void draw_triangles(const SceneBuffers::Range& range) {
+void draw_mesh_triangles(const SceneBuffers& buffers, int mesh) {
+  const SceneBuffers::Range& range = buffers.triangles(mesh);
   glDrawElements(GL_TRIANGLES, range.count, GL_UNSIGNED_INT,
                  reinterpret_cast<const void*>(range.first * sizeof(GLuint)));
 }
-}  // namespace
 
 void MeshPainter::create() {
   program_.create("mesh.vert", "mesh.frag");
@@ -328,7 +334,8 @@ void MeshPainter::destroy() {
 }
 
 void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour,
-                       float most_mm) const {
+                       float most_mm, CutEquations cut) const {
+  const CutScope scope(program_, cut);
   program_.set("most_mm", most_mm);
   program_.set("clip_from_world", projection.clip_from_world);
   program_.set("eye_from_world", projection.eye_from_world);
@@ -338,7 +345,7 @@ void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers
   const auto draw_faces = [&](GLenum culled) {
     glEnable(GL_CULL_FACE);
     glCullFace(culled);
-    draw_triangles(buffers.triangles(mesh));
+    draw_mesh_triangles(buffers, mesh);
     glDisable(GL_CULL_FACE);
   };
   if (colour.w() < 1) {

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Painters of the views. Each owns OpenGL 4.5 objects, which create() allocates and destroy() releases. All calls need
-// the view's context to be current. Only painters.cpp, label_painter.cpp and scene_buffers.cpp use OpenGL.
+// the view's context to be current. Only sources of this folder use OpenGL (list in src/gui/CMakeLists.txt).
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "gui/drawing/cut_scope.h"
 #include "gui/drawing/scene_buffers.h"
 #include "gui/look/point_style.h"
 #include "session/scene.h"
@@ -53,6 +55,7 @@ class Program {
   void set(const char* uniform, const Eigen::Vector3f& value) const;
   void set(const char* uniform, const Eigen::Vector2f& value) const;
   void set(const char* uniform, float value) const;
+  void set(const char* uniform, std::span<const Eigen::Vector4f> values) const;
 
  private:
   int location(const char* uniform) const;
@@ -79,7 +82,9 @@ class SlicePainter {
   void create();
   void destroy();
   /// `show_black`: draws black pixels; if false, they are transparent where their surroundings are black too.
-  void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const;
+  /// `tinted`: grey values, 0 to 1, that receive the tint, the first to the last; none if the first is larger.
+  void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black, CutEquations cut = {},
+            const std::array<float, 2>& tinted = {1, 0}, const Rgba& tint = {}) const;
 
  private:
   SliceQuad quad_;
@@ -141,6 +146,9 @@ class SurfaceArray {
   unsigned vertex_array_ = 0;
 };
 
+/// Draws the triangles of the mesh with index `mesh` in the scene; a SurfaceArray must be bound.
+void draw_mesh_triangles(const SceneBuffers& buffers, int mesh);
+
 /// Painter of shaded surfaces.
 class MeshPainter {
  public:
@@ -148,8 +156,8 @@ class MeshPainter {
   void destroy();
   /// `mesh`: index in the scene. With an opacity below 1, back faces are drawn first. `most_mm`: if above 0, upper end
   /// of the colour scale for the values of the buffers, which then replace `colour`.
-  void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour,
-            float most_mm = 0) const;
+  void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour, float most_mm = 0,
+            CutEquations cut = {}) const;
 
  private:
   Program program_;

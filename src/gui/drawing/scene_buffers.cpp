@@ -32,11 +32,8 @@ void SceneBuffers::release_all() {
   release(points_);
   glDeleteBuffers(1, &indices_);
   indices_ = 0;
-  for (SliceState& state : slices_) {
-    release(state.pixels);
-    glDeleteTextures(1, &state.slice.texture);
-    state = {};
-  }
+  for (SliceState& state : slices_) release(state);
+  release(free_slice_);
   for (OutlineState& state : outlines_) {
     release(state.buffer);
     state = {};
@@ -80,6 +77,12 @@ void SceneBuffers::release(Buffer& buffer) {
   buffer.shared.reset();
   glDeleteBuffers(1, &buffer.name);
   buffer = {};
+}
+
+void SceneBuffers::release(SliceState& state) {
+  release(state.pixels);
+  glDeleteTextures(1, &state.slice.texture);
+  state = {};
 }
 
 void SceneBuffers::allocate(Buffer& buffer, std::size_t bytes) {
@@ -290,18 +293,35 @@ const SceneBuffers::Outlines& SceneBuffers::update_outlines(Session& session, co
 const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const ViewState& view, Orientation orientation,
                                                       int neighbour) {
   SIMPLEXSEG_EXPECT(!session.volume().empty());
-  SliceState& state = slices_[slot_of(orientation, neighbour)];
-  const Eigen::Vector3d through_mm = slice_through_mm(view, session.volume().geometry(), orientation, neighbour);
-  const double position_mm = through_mm[slice_axes(orientation, Convention::Radiological).normal];
-  if (state.valid && state.orientation == orientation && state.pixels.generation == session.engine_generation() &&
-      state.position_mm == position_mm && state.window == view.window && state.level == view.level &&
-      state.low_is_bright == view.low_is_bright) {
+  const VolumeGeometry& geometry = session.volume().geometry();
+  return draw_slice(slices_[slot_of(orientation, neighbour)], session, view,
+                    slice_grid(geometry, orientation, slice_through_mm(view, geometry, orientation, neighbour),
+                               texels_per_voxel(geometry)));
+}
+
+const SceneBuffers::Slice& SceneBuffers::update_free_slice(Session& session, const ViewState& view,
+                                                           const SliceGrid& grid) {
+  return draw_slice(free_slice_, session, view, grid);
+}
+
+void SceneBuffers::release_free_slice() {
+  if (free_slice_.slice.texture == 0) return;
+  wait_for_readers();
+  release(free_slice_);
+}
+
+const SceneBuffers::Slice& SceneBuffers::draw_slice(SliceState& state, Session& session, const ViewState& view,
+                                                    const SliceGrid& grid) {
+  SIMPLEXSEG_EXPECT(!session.volume().empty());
+  if (state.valid && state.pixels.generation == session.engine_generation() && state.slice.grid == grid &&
+      state.window == view.window && state.level == view.level && state.low_is_bright == view.low_is_bright) {
     return state.slice;
   }
   wait_for_readers();
   const VolumeGeometry& geometry = session.volume().geometry();
   Slice& slice = state.slice;
-  slice.grid = slice_grid(geometry, orientation, through_mm, texels_per_voxel(geometry));
+  state.valid = false;  // until it is drawn completely
+  slice.grid = grid;
   const int width = slice.grid.width, height = slice.grid.height;
   const std::size_t texels = static_cast<std::size_t>(width) * height;
   allocate(state.pixels, texels * sizeof(DisplayTexel));
@@ -338,8 +358,6 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
   glGenerateTextureMipmap(slice.texture);
   mark_written();
   state.valid = true;
-  state.orientation = orientation;
-  state.position_mm = position_mm;
   state.window = view.window;
   state.level = view.level;
   state.low_is_bright = view.low_is_bright;
@@ -402,6 +420,7 @@ std::vector<OutlineSegment> SceneBuffers::read_outline(Orientation orientation, 
 
 void SceneBuffers::invalidate_slices() {
   for (SliceState& state : slices_) state.valid = false;
+  free_slice_.valid = false;
 }
 
 }  // namespace simplexseg

@@ -54,6 +54,9 @@ class SceneBuffers {
   /// level or the engine has changed, or after invalidate_slices(). Needs a volume. All views show the neighbours of
   /// one orientation.
   const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation, int neighbour = 0);
+  /// Slice in any other plane, drawn again like those through the crosshair.
+  const Slice& update_free_slice(Session& session, const ViewState& view, const SliceGrid& grid);
+  void release_free_slice();
   /// Contours of the surfaces in a slice, for OutlinePainter.
   struct Outlines {
     unsigned buffer = 0;          ///< draw commands, then segments (step/display.h); 0 without meshes
@@ -105,8 +108,7 @@ class SceneBuffers {
     Buffer pixels;
     int width = 0, height = 0;  ///< size of the texture
     bool valid = false;
-    Orientation orientation = Orientation::Axial;
-    double position_mm = 0, window = 0, level = 0;
+    double window = 0, level = 0;
     bool low_is_bright = false;
   };
   struct OutlineState {
@@ -125,6 +127,8 @@ class SceneBuffers {
   static void allocate(Buffer& buffer, std::size_t bytes);
   void connect(Buffer& buffer, Session& session);
   void update_requested(Session& session, const ViewState& view);
+  static void release(SliceState& state);
+  const Slice& draw_slice(SliceState& state, Session& session, const ViewState& view, const SliceGrid& grid);
   bool write_surfaces(Session& session);
   bool write_outlines(Session& session, OutlineState& state, Orientation orientation, double position_mm);
   void follow_topology(Session& session);
@@ -145,7 +149,7 @@ class SceneBuffers {
   std::uint64_t revision_ = ~std::uint64_t{0}, topology_ = ~std::uint64_t{0};
   std::size_t vertex_count_ = 0;
   bool surfaces_requested_ = false;
-  SliceState slices_[kSliceSlots];  ///< by slot_of()
+  SliceState slices_[kSliceSlots], free_slice_;  ///< the first by slot_of()
   OutlineState outlines_[kSliceSlots];
   Field field_;
   std::shared_ptr<const MeshField> shown_field_;  ///< contents of the texture; null: no texture

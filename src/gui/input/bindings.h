@@ -16,10 +16,11 @@ Q_NAMESPACE
 enum class Act {
   Open, OpenFolder, Archive, SendBack, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, SaveMeasurements, Screenshot, Quit,
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
-  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBox, ToolBrush, ToolEraser, ToolFreeze, Brush3d, Lasso, SmartBrush, ToolRuler, ToolAngle, ToolEllipse,
+  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBox, ToolBrush, ToolEraser, ToolFreeze, Brush3d, Lasso, SmartBrush, LocalMarks, ToolRuler, ToolAngle, ToolEllipse, ToolRange,
   RunPause, Step, CancelSolving, ResetPose, Compare,
   ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, NameMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
   ShowMeshes, ShowFill, ShowField, ShowAxes, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
+  ClipAxial, ClipSagittal, ClipCoronal, ClipFree, FlipAxial, FlipSagittal, FlipCoronal, FlipFree, FaceFreePlane, ImageOnCaps, VolumeShaded, VolumeMaximum,
   ShowPanels, ShowSteps, Researcher,
   Help, ChangeKeys, Messages, About,
   CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,

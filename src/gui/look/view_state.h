@@ -3,17 +3,40 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <optional>
 
+#include "gui/look/clip_planes.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/look/surface_values.h"
+#include "image/intensity_range.h"
 #include "image/object_axes.h"
 #include "session/scene.h"
 
 namespace simplexseg {
 
-enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside, Brush, Eraser, Box, Freeze, Ruler, Angle, Ellipse };
+enum class Tool {
+  Crosshair,
+  ZoomPan,
+  Point,
+  Seed,
+  Inside,
+  Outside,
+  Brush,
+  Eraser,
+  Box,
+  Freeze,
+  Ruler,
+  Angle,
+  Ellipse,
+  Range
+};
 inline bool paints(Tool tool) { return tool == Tool::Brush || tool == Tool::Eraser || tool == Tool::Freeze; }
+/// Whether a left drag draws a rectangle.
+inline bool draws_box(Tool tool) { return tool == Tool::Box || tool == Tool::Range; }
 inline bool measures(Tool tool) { return tool == Tool::Ruler || tool == Tool::Angle || tool == Tool::Ellipse; }
+
+/// Volume rendering in the 3D view. Shaded: composited, with opacity from window and level, lit by the gradient.
+enum class VolumeMode { Off, Shaded, Maximum };
 
 /// State of the display, shared by all views. It is neither saved nor part of undo.
 struct ViewState {
@@ -22,16 +45,20 @@ struct ViewState {
   bool low_is_bright = false;      ///< inverted grey scale, as in MONOCHROME1 of DICOM
   Convention convention = Convention::Radiological;
   Tool tool = Tool::Crosshair;
-  double brush_mm = 1;              ///< radius of the brush of Brush, Eraser and Freeze
-  bool brush_3d = false;            ///< ball instead of a disc in the slice; lasso through the volume
-  bool lasso = false;               ///< contour that encloses voxels, instead of a brush
-  bool smart_brush = false;         ///< Brush and Eraser: only voxels with the intensities of the path
-  bool window_level_armed = false;  ///< the next left drag sets window and level
+  double brush_mm = 1;                          ///< radius of the brush of Brush, Eraser and Freeze
+  bool brush_3d = false;                        ///< ball instead of a disc in the slice; lasso through the volume
+  bool lasso = false;                           ///< contour that encloses voxels, instead of a brush
+  bool local_marks = false;                     ///< new points, strokes and lassos change the object only near them
+  bool smart_brush = false;                     ///< Brush and Eraser: only voxels with the intensities of the path
+  std::optional<IntensityRange> range_preview;  ///< intensities that are tinted in the slices; none: nothing is
+  bool window_level_armed = false;              ///< the next left drag sets window and level
   bool show_meshes = true;
   bool show_fill = false;   ///< fill of all meshes in the slices
   bool show_field = false;  ///< field of the active mesh in the slices
   bool show_annotations = true;
   bool show_slices_3d = true;
+  ClipState clip;                                       ///< planes that cut the 3D view
+  VolumeMode volume_mode = VolumeMode::Off;             ///< volume in the 3D view
   bool show_names = true;                               ///< names of patient and series
   std::shared_ptr<const SurfaceValues> surface_values;  ///< colouring of the meshes in 3D; null: colour of each mesh
   float opacity = 1;                                    ///< factor on the opacity of the meshes, 0..1

@@ -49,6 +49,18 @@ const SceneBuffers::Slice* DrawnScene::slice(Orientation orientation, int neighb
   return drawn ? slice : nullptr;
 }
 
+const SceneBuffers::Slice* DrawnScene::free_slice(const std::optional<SliceGrid>& grid) {
+  SIMPLEXSEG_EXPECT(workbench_.has_volume());
+  if (!grid) {
+    buffers_.release_free_slice();
+    return nullptr;
+  }
+  const SceneBuffers::Slice* slice = nullptr;
+  const bool drawn =
+      update_buffers([&](Session& session) { slice = &buffers_.update_free_slice(session, workbench_.view, *grid); });
+  return drawn ? slice : nullptr;
+}
+
 const SceneBuffers::Field* DrawnScene::field() {
   const SceneBuffers::Field* field = nullptr;
   const bool drawn = update_buffers([&](Session& session) { field = buffers_.update_field(session, workbench_.view); });

@@ -2,6 +2,7 @@
 #pragma once
 #include <QObject>
 #include <functional>
+#include <optional>
 
 #include "gui/drawing/scene_buffers.h"
 #include "gui/views/point_springs.h"
@@ -35,6 +36,8 @@ class DrawnScene : public QObject {
   const PointSprings& springs();
   /// Such a slice. Needs a volume.
   const SceneBuffers::Slice* slice(Orientation orientation, int neighbour = 0);
+  /// Slice in any other plane; without a grid, releases it and returns null. Needs a volume.
+  const SceneBuffers::Slice* free_slice(const std::optional<SliceGrid>& grid);
   /// Field of the active mesh; null while no field is shown.
   const SceneBuffers::Field* field();
 

@@ -39,9 +39,11 @@ std::vector<Eigen::Vector3f> cut_surface(const TriangleMesh& shape, int axis, fl
 
 // Moeller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997.
 std::optional<double> hit_surface(const TriangleMesh& shape, const Eigen::Vector3d& origin_mm,
-                                  const Eigen::Vector3d& direction) {
+                                  const Eigen::Vector3d& direction, const RayRange& range) {
   SIMPLEXSEG_EXPECT(std::abs(direction.norm() - 1) < 1e-6);
+  if (range.first_mm > range.last_mm) return std::nullopt;
   std::optional<double> nearest;
+  int beyond_cut = 0;  // triangles beyond the beginning of the range: an odd number inside the surface
   for (const auto& [a, b, c] : shape.triangles) {
     const Eigen::Vector3d corner = shape.positions[a].cast<double>();
     const Eigen::Vector3d e1 = shape.positions[b].cast<double>() - corner;
@@ -55,8 +57,10 @@ std::optional<double> hit_surface(const TriangleMesh& shape, const Eigen::Vector
     const double v = direction.dot(q) / determinant;
     if (u < 0 || v < 0 || u + v > 1) continue;
     const double t = e2.dot(q) / determinant;
-    if (t > 0 && (!nearest || t < *nearest)) nearest = t;
+    beyond_cut += t > range.first_mm;
+    if (t > range.first_mm && t <= range.last_mm && (!nearest || t < *nearest)) nearest = t;
   }
+  if (range.first_mm > 0 && beyond_cut % 2 == 1) return range.first_mm;
   return nearest;
 }
 

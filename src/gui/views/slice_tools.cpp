@@ -96,7 +96,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
   } else if (view.lasso && (view.tool == Tool::Box || (view.tool == Tool::Inside && !workbench_.active_mesh()))) {
     drag_ = Drag::Stroke;
     stroke_tool_.begin_start(view_.world_of(pixel), Eigen::Vector3d::Unit(view_.axes().normal));
-  } else if (view.tool == Tool::Box) {
+  } else if (draws_box(view.tool)) {
     drag_ = Drag::Box;
   } else if (under) {
     drag_ = Drag::Point;
@@ -127,7 +127,9 @@ bool SliceTools::require_active_mesh() {
 
 ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, MarkKind kind) {
   ItemId point = 0;
-  if (require_active_mesh()) workbench_.apply(AddPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
+  AddPoint command{workbench_.view.active_mesh, world_mm, kind};
+  command.local = workbench_.view.local_marks;
+  if (require_active_mesh()) workbench_.apply(command, &point);
   return point;
 }
 
@@ -204,26 +206,6 @@ void SliceTools::end_start() {
   workbench_.view.tool = Tool::Crosshair;
   workbench_.view_edited();
   emit workbench_.mesh_placed();
-}
-
-std::vector<Eigen::Vector3d> SliceTools::box_mm() const {
-  if (drag_ != Drag::Box || !moved_) return {};
-  const QPointF across(last_.x(), press_.y()), down(press_.x(), last_.y());
-  return {view_.world_of(press_), view_.world_of(across), view_.world_of(last_), view_.world_of(down)};
-}
-
-void SliceTools::finish_box() {
-  const std::vector<Eigen::Vector3d> corners = box_mm();
-  drag_ = Drag::None;
-  constexpr double kLeast = 6;  // shortest side, logical pixels
-  if (corners.empty() || std::abs(last_.x() - press_.x()) < kLeast || std::abs(last_.y() - press_.y()) < kLeast) {
-    workbench_.notify(Severity::Note, SliceView::tr("New segmentation: drag a box around the structure"));
-    return;
-  }
-  AddMesh command;
-  command.like = workbench_.view.active_mesh;
-  command.box_mm = corners;
-  if (workbench_.apply(command)) end_start();
 }
 
 void SliceTools::show_grab(bool grabs) {
@@ -343,7 +325,7 @@ bool SliceTools::double_click(const QMouseEvent& event) {
   // With tools that place points or seeds, a double click acts as two clicks.
   const ViewState& view = workbench_.view;
   const bool plain = event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) &&
-                     !paints(view.tool) && view.tool != Tool::Seed && view.tool != Tool::Box && !measures(view.tool);
+                     !paints(view.tool) && view.tool != Tool::Seed && !draws_box(view.tool) && !measures(view.tool);
   if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) {
     // Undoes the crosshair movement of the first click.
     if (const auto before = std::exchange(before_click_mm_, std::nullopt)) workbench_.set_crosshair(*before);

@@ -207,7 +207,7 @@ void SliceView::paint() {
   begin_frame(projection, rgba_of(theme::kSliceBackground));
   if (!workbench_.has_volume()) return;
   const ViewState& view = workbench_.view;
-  if (slice_) slice_painter_.draw(projection, *slice_, true);
+  if (slice_) draw_slice(projection);
   if (slice_ && field_) draw_field(projection);
   if (outlines_) draw_outlines(projection);
   if (view.show_annotations) draw_crosshair(projection);
@@ -218,6 +218,20 @@ void SliceView::paint() {
   draw_brush(projection);
   measurement_layer_.draw(projection, workbench_, *this, tools_.measurement());
   if (view.show_annotations) draw_scale_bar(projection);
+}
+
+void SliceView::draw_slice(const Projection& projection) {
+  constexpr float kTint = 0.5f;
+  const ViewState& view = workbench_.view;
+  const MeshItem* const item = workbench_.active_mesh();
+  if (!view.range_preview || !item) return slice_painter_.draw(projection, *slice_, true);
+  const auto grey = [&](double intensity) {
+    const double share = (intensity - view.level) / view.window + 0.5;
+    return static_cast<float>(view.low_is_bright ? 1 - share : share);
+  };
+  std::array<float, 2> tinted{grey(view.range_preview->low), grey(view.range_preview->high)};
+  if (view.low_is_bright) std::swap(tinted[0], tinted[1]);
+  slice_painter_.draw(projection, *slice_, true, {}, tinted, rgba_of(item->colour, kTint));
 }
 
 void SliceView::draw_field(const Projection& projection) {

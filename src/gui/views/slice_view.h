@@ -84,6 +84,8 @@ class SliceView : public View {
 
  private:
   Projection projection() const;
+  /// Draws the image, with a tint on ViewState::range_preview.
+  void draw_slice(const Projection& projection);
   void draw_field(const Projection& projection);
   void draw_outlines(const Projection& projection);
   void draw_crosshair(const Projection& projection);

@@ -10,11 +10,12 @@
 #include "gui/views/drawn_scene.h"
 #include "gui/views/picking.h"
 #include "gui/workbench/workbench.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 
 SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
-    : View(workbench, drawn, parent), point_wheel_(workbench) {
+    : View(workbench, drawn, parent), point_wheel_(workbench), solids_(workbench, drawn), plane_handle_(workbench) {
   setObjectName("3D");
   // Slice views need no multisampling: their lines are antialiased by the shader.
   QSurfaceFormat smooth = format();
@@ -58,7 +59,7 @@ void SpaceView::create_painters() {
   slice_painter_.create();
   line_painter_.create();
   disc_painter_.create();
-  mesh_painter_.create();
+  solids_.create();
   is_software_ = is_software_renderer();
 }
 
@@ -66,10 +67,12 @@ void SpaceView::destroy_painters() {
   slice_painter_.destroy();
   line_painter_.destroy();
   disc_painter_.destroy();
-  mesh_painter_.destroy();
+  solids_.destroy();
 }
 
 double SpaceView::aspect() const { return static_cast<double>(std::max(width(), 1)) / std::max(height(), 1); }
+
+ScreenMap SpaceView::map() const { return {camera_, {std::max(width(), 1) * 1.0, std::max(height(), 1) * 1.0}}; }
 
 Projection SpaceView::projection() const {
   const Eigen::Matrix4d eye = camera_.eye_from_world();
@@ -81,8 +84,7 @@ void SpaceView::prepare() {
   for (const Orientation orientation : kOrientations) {
     slices_[static_cast<int>(orientation)] = view.show_slices_3d ? drawn_.slice(orientation) : nullptr;
   }
-  surfaces_ = view.show_meshes ? drawn_.surfaces() : nullptr;
-  coloured_ = surfaces_ && view.surface_values && drawn_.surface_values();
+  solids_.prepare();
   springs_ = &drawn_.springs();
 }
 
@@ -93,18 +95,21 @@ void SpaceView::paint() {
   if (!workbench_.has_volume()) return;
   set_depth(Depth::Test);
   draw_slices(projection);
-  if (surfaces_) draw_meshes(projection);
+  solids_.draw(projection, map().eye_mm());
   // Lines and points are drawn last: their edges are partly transparent, but their depth hides what is drawn later.
   if (workbench_.view.show_slices_3d) draw_frames(projection);
   draw_springs(projection);
   draw_points(projection);
+  plane_handle_.draw(projection, map(), devicePixelRatio(), line_painter_, disc_painter_);
   set_depth(Depth::Ignore);
-  if (coloured_) draw_scale(projection);
+  if (solids_.coloured()) draw_scale(projection);
 }
 
 void SpaceView::draw_slices(const Projection& projection) {
-  for (const SceneBuffers::Slice* slice : slices_) {
-    if (slice) slice_painter_.draw(projection, *slice, false);
+  for (const Orientation orientation : kOrientations) {
+    const auto n = static_cast<int>(orientation);
+    if (slices_[n])
+      slice_painter_.draw(projection, *slices_[n], false, solids_.equations_except(static_cast<CutPlane>(n)));
   }
 }
 
@@ -125,25 +130,16 @@ void SpaceView::draw_frames(const Projection& projection) {
   }
 }
 
-void SpaceView::draw_meshes(const Projection& projection) {
-  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    if (!meshes[m].visible) continue;
-    mesh_painter_.draw(projection, *surfaces_, static_cast<int>(m),
-                       rgba_of(meshes[m].colour, meshes[m].opacity * workbench_.view.opacity),
-                       coloured_ ? workbench_.view.surface_values->most_mm : 0);
-  }
-}
-
 void SpaceView::draw_points(const Projection& projection) {
   std::vector<DiscPainter::Disc> discs;
   for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     if (!item || point.is_paint()) continue;
+    draw_stroke(projection, point, rgba_of(colour_of(point.kind, item->colour)));
+    if (is_clipped(solids_.planes(), point.position_mm)) continue;
     const bool selected = point.id == workbench_.view.selected_point,
                hovered = point.id == workbench_.view.hovered_point;
     const Rgba rim = selected ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);
-    draw_stroke(projection, point, rgba_of(colour_of(point.kind, item->colour)));
     discs.push_back({point.position_mm.cast<float>(), rgba_of(colour_of(point.kind, item->colour)), rim,
                      (hovered ? 7.5f : 6.0f) * static_cast<float>(devicePixelRatio()), glyph_of(point.kind)});
     if (point.kind != MarkKind::Boundary && (selected || hovered))
@@ -160,7 +156,8 @@ void SpaceView::draw_stroke(const Projection& projection, const UserPoint& point
     ends.push_back(vertices[p - 1].cast<float>());
     ends.push_back(vertices[p].cast<float>());
   }
-  line_painter_.draw(projection, ends, colour, 3.0f * static_cast<float>(devicePixelRatio()));
+  line_painter_.draw(projection, clip_segments(solids_.planes(), std::move(ends)), colour,
+                     3.0f * static_cast<float>(devicePixelRatio()));
 }
 
 void SpaceView::draw_springs(const Projection& projection) {
@@ -169,7 +166,9 @@ void SpaceView::draw_springs(const Projection& projection) {
   for (const PointSpring& spring : springs_->all()) {
     const UserPoint* point = workbench_.scene().find_point(spring.point);
     const MeshItem* item = point ? workbench_.scene().find_mesh(point->mesh) : nullptr;
-    if (!item) continue;
+    if (!item || is_clipped(solids_.planes(), point->position_mm) ||
+        is_clipped(solids_.planes(), spring.vertex_mm.cast<double>()))
+      continue;
     const Eigen::Vector3f line[] = {point->position_mm.cast<float>(), spring.vertex_mm.cast<float>()};
     line_painter_.draw(projection, line, Rgba(1, 1, 1, 0.9f), 2.0f * ratio);
     ends.push_back({line[1], Rgba(1, 1, 1, 1), rgba_of(item->colour), 3.0f * ratio});
@@ -225,7 +224,7 @@ void SpaceView::annotate(std::vector<Label>& labels) const {
   if (!workbench_.view.show_annotations) return;
   const QRectF box = QRectF(rect()).adjusted(7, 5, -7, -5);
   labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, tr("3D"), theme::kText});
-  if (coloured_) {
+  if (solids_.coloured()) {
     const QRectF scale = scale_box();
     const SurfaceValues& values = *workbench_.view.surface_values;
     const QRectF beside(0, scale.top() - 24, scale.right(), scale.height() + 48);
@@ -258,6 +257,10 @@ void SpaceView::mousePressEvent(QMouseEvent* event) {
   if (event->button() == Qt::RightButton) mouse = Mouse::Right;
   drag_ = gesture(Where::Space, mouse, event->modifiers());
   if (drag_ == Act::PickMesh) pick(event->position());
+  if (drag_ == Act::Rotate && plane_handle_.press(map(), event->position())) {
+    drag_.reset();
+    return;
+  }
   dragged_point_ = drag_ == Act::Rotate ? point_at(event->position()) : 0;
   if (dragged_point_ == 0) return;
   drag_.reset();
@@ -269,6 +272,10 @@ void SpaceView::mousePressEvent(QMouseEvent* event) {
 void SpaceView::mouseMoveEvent(QMouseEvent* event) {
   const QPointF moved = event->position() - last_;
   last_ = event->position();
+  if (plane_handle_.is_dragged()) {
+    plane_handle_.drag(map(), last_);
+    return;
+  }
   if (dragged_point_ != 0) {
     constexpr double kDragStarts = 3;  // shortest drag, logical pixels; a click selects the point
     if (drag_continues_ || (last_ - press_).manhattanLength() >= kDragStarts) drag_point(last_);
@@ -299,9 +306,11 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
 void SpaceView::mouseReleaseEvent(QMouseEvent*) {
   drag_.reset();
   dragged_point_ = 0;
+  plane_handle_.release();
 }
 
 void SpaceView::leaveEvent(QEvent* event) {
+  if (plane_handle_.leave()) update();
   if (workbench_.view.hovered_point != 0 && dragged_point_ == 0) {
     workbench_.view.hovered_point = 0;
     workbench_.view_edited();
@@ -317,6 +326,12 @@ void SpaceView::mouseDoubleClickEvent(QMouseEvent* event) {
 }
 
 void SpaceView::wheelEvent(QWheelEvent* event) {
+  if (plane_handle_.part_at(map(), event->position()) != FreePlaneHandle::Part::None) {
+    plane_handle_.move(event->angleDelta().y() / 120.0 *
+                       workbench_.session().volume().geometry().spacing_mm.minCoeff());
+    event->accept();
+    return;
+  }
   const ItemId point = point_at(event->position());
   if (point_wheel_.handles(point) && gesture(Where::Space, Mouse::WheelOnPoint, event->modifiers())) {
     point_wheel_.turn(point, *event, false);
@@ -332,23 +347,13 @@ void SpaceView::wheelEvent(QWheelEvent* event) {
   event->accept();
 }
 
-OrbitCamera::Ray SpaceView::ray_through(const QPointF& pixel) const {
-  return camera_.ray(2 * pixel.x() / width() - 1, 1 - 2 * pixel.y() / height(), aspect());
-}
-
-std::optional<QPointF> SpaceView::pixel_of(const Eigen::Vector3d& world_mm) const {
-  const Eigen::Vector4f clip = projection().clip_from_world * world_mm.cast<float>().homogeneous();
-  if (clip.w() <= 0) return std::nullopt;
-  return QPointF((clip.x() / clip.w() * 0.5 + 0.5) * width(), (0.5 - clip.y() / clip.w() * 0.5) * height());
-}
-
 ItemId SpaceView::point_at(const QPointF& pixel) const {
   constexpr double kHitRadius = 9;  // largest distance of a hit on a handle, logical pixels
   const UserPoint* nearest = nullptr;
   double best = kHitRadius;
   for (const UserPoint& point : workbench_.scene().points) {
-    if (point.is_paint()) continue;
-    const std::optional<QPointF> at = pixel_of(point.position_mm);
+    if (point.is_paint() || is_clipped(solids_.planes(), point.position_mm)) continue;
+    const std::optional<QPointF> at = map().pixel(point.position_mm);
     const double distance = at ? std::hypot(at->x() - pixel.x(), at->y() - pixel.y()) : kHitRadius + 1;
     if (distance <= best) best = distance, nearest = &point;
   }
@@ -356,22 +361,25 @@ ItemId SpaceView::point_at(const QPointF& pixel) const {
   // Points behind an opaque mesh are hidden.
   const ItemId id = nearest->id;
   const Eigen::Vector3d at = nearest->position_mm;
-  const OrbitCamera::Ray ray = ray_through(*pixel_of(at));
+  const OrbitCamera::Ray ray = map().ray(*map().pixel(at));
   const double away = (at - ray.origin_mm).norm() * (1 - 1e-3) - 0.5;
+  const RayRange range = kept_range(solids_.planes(), ray.origin_mm, ray.direction);
   for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
     const MeshItem* item = workbench_.scene().find_mesh(surface.mesh);
     if (item->opacity * workbench_.view.opacity < 1) continue;
-    const std::optional<double> distance = hit_surface(surface.shape, ray.origin_mm, ray.direction);
+    const std::optional<double> distance = hit_surface(surface.shape, ray.origin_mm, ray.direction, range);
     if (distance && *distance < away) return 0;
   }
   return id;
 }
 
 void SpaceView::hover(const QPointF& pixel) {
-  const ItemId under = point_at(pixel);
-  if (under == workbench_.view.hovered_point) return;
+  const bool handle_changed = plane_handle_.hover(map(), pixel);
+  const bool on_handle = plane_handle_.hovered() != FreePlaneHandle::Part::None;
+  const ItemId under = on_handle ? 0 : point_at(pixel);
+  if (under == workbench_.view.hovered_point && !handle_changed) return;
   workbench_.view.hovered_point = under;
-  setCursor(under ? Qt::PointingHandCursor : Qt::ArrowCursor);
+  setCursor(on_handle ? Qt::SizeAllCursor : under ? Qt::PointingHandCursor : Qt::ArrowCursor);
   workbench_.view_edited();
 }
 
@@ -381,7 +389,7 @@ void SpaceView::drag_point(const QPointF& pixel) {
   if (!point) return;
   const Eigen::Vector3d towards = camera_.eye_from_world().row(2).head<3>();
   const auto on_plane = [&](const QPointF& at) -> Eigen::Vector3d {
-    const OrbitCamera::Ray ray = ray_through(at);
+    const OrbitCamera::Ray ray = map().ray(at);
     const double along = (point->position_mm - ray.origin_mm).dot(towards) / ray.direction.dot(towards);
     return ray.origin_mm + along * ray.direction;
   };
@@ -391,14 +399,18 @@ void SpaceView::drag_point(const QPointF& pixel) {
 }
 
 void SpaceView::pick(const QPointF& pixel) {
-  const OrbitCamera::Ray ray = ray_through(pixel);
+  const OrbitCamera::Ray ray = map().ray(pixel);
+  const RayRange range = kept_range(solids_.planes(), ray.origin_mm, ray.direction);
+  const std::vector<MeshItem>& meshes = workbench_.session().scene().meshes;
   ItemId hit = 0;
   double nearest = INFINITY;
-  for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
-    const std::optional<double> distance = hit_surface(surface.shape, ray.origin_mm, ray.direction);
-    if (distance && *distance < nearest) {
+  // Smaller meshes last: they are drawn over the cut faces of larger ones.
+  for (const int m : solids_.largest_first()) {
+    const MeshItem& item = meshes[static_cast<std::size_t>(m)];
+    const std::optional<double> distance = hit_surface(tessellate(item.mesh), ray.origin_mm, ray.direction, range);
+    if (distance && *distance <= nearest) {
       nearest = *distance;
-      hit = surface.mesh;
+      hit = item.id;
     }
   }
   if (hit) workbench_.set_active_mesh(hit);

@@ -5,14 +5,17 @@
 
 #include "gui/input/bindings.h"
 #include "gui/look/slice_geometry.h"
+#include "gui/views/free_plane_handle.h"
 #include "gui/views/orbit_camera.h"
 #include "gui/views/point_springs.h"
 #include "gui/views/point_wheel.h"
+#include "gui/views/screen_map.h"
+#include "gui/views/space_solids.h"
 #include "gui/views/view.h"
 
 namespace simplexseg {
 
-/// 3D view of the meshes, the three slices and the points.
+/// 3D view of the meshes, the three slices, the points and the volume.
 class SpaceView : public View {
   Q_OBJECT
  public:
@@ -26,6 +29,10 @@ class SpaceView : public View {
   void show_progress() override;
   /// Copies the camera of another view.
   void copy_camera(const SpaceView& other);
+  /// Places the free cutting plane at the crosshair, parallel to the screen.
+  void face_free_plane() { plane_handle_.face_camera(map()); }
+  ScreenMap map() const;
+  SpaceSolids& solids() { return solids_; }
 
  signals:
   /// The camera was rotated, moved, zoomed, fitted or centred; not emitted by copy_camera().
@@ -50,7 +57,6 @@ class SpaceView : public View {
   double aspect() const;
   void draw_slices(const Projection& projection);
   void draw_frames(const Projection& projection);
-  void draw_meshes(const Projection& projection);
   void draw_points(const Projection& projection);
   void draw_stroke(const Projection& projection, const UserPoint& point, const Rgba& colour);
   void draw_springs(const Projection& projection);
@@ -59,9 +65,8 @@ class SpaceView : public View {
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm,
                    const Rgba& colour);
   QRectF scale_box() const;
-  OrbitCamera::Ray ray_through(const QPointF& pixel) const;
-  std::optional<QPointF> pixel_of(const Eigen::Vector3d& world_mm) const;
-  /// Nearest point whose handle is within 9 logical pixels; 0 if there is none or an opaque mesh hides it.
+  /// Nearest point whose handle is within 9 logical pixels; 0 if there is none, it is cut away or an opaque mesh hides
+  /// it.
   ItemId point_at(const QPointF& pixel) const;
   void hover(const QPointF& pixel);
   void drag_point(const QPointF& pixel);
@@ -78,14 +83,13 @@ class SpaceView : public View {
   QPointF press_;
   std::optional<Act> drag_;
   QPointF last_;
-  const SceneBuffers::Slice* slices_[3] = {};  ///< set by prepare(), like the next three
-  const SceneBuffers* surfaces_ = nullptr;
-  bool coloured_ = false;
+  const SceneBuffers::Slice* slices_[3] = {};  ///< set by prepare(), like the next
   const PointSprings* springs_ = nullptr;
   SlicePainter slice_painter_;
   LinePainter line_painter_;
   DiscPainter disc_painter_;
-  MeshPainter mesh_painter_;
+  SpaceSolids solids_;
+  FreePlaneHandle plane_handle_;
 };
 
 }  // namespace simplexseg

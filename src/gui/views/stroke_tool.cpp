@@ -64,7 +64,8 @@ bool StrokeTool::finish() {
     return false;
   }
   if (stroke->is_lasso() && stroke->is_stroke()) {
-    workbench_.apply(AddLasso{stroke->mesh, stroke->kind, stroke->vertices_mm(), stroke->lasso_normal});
+    workbench_.apply(
+        AddLasso{stroke->mesh, stroke->kind, stroke->vertices_mm(), stroke->lasso_normal, workbench_.view.local_marks});
     return false;
   }
   workbench_.apply(AddPoint{stroke->mesh,
@@ -74,7 +75,8 @@ bool StrokeTool::finish() {
                             {0, 0, 0},
                             stroke->path_mm,
                             stroke->brush,
-                            stroke->edit});
+                            stroke->edit,
+                            workbench_.view.local_marks});
   return false;
 }
 

@@ -29,6 +29,7 @@
 #include "gui/panels/label_preset_menu.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
+#include "gui/views/space_view.h"
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
 #include "gui/window/archive_actions.h"
@@ -39,6 +40,7 @@
 #include "gui/window/message_bar.h"
 #include "gui/window/name_popup.h"
 #include "gui/window/side_panels.h"
+#include "gui/window/space_menus.h"
 #include "gui/window/start_page.h"
 #include "gui/window/state_chip.h"
 #include "gui/window/status_line.h"
@@ -195,7 +197,8 @@ void MainWindow::build_menus() {
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed, Act::ToolBox},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze},
-                      {Act::Brush3d, Act::Lasso, Act::SmartBrush},
+                      {Act::Brush3d, Act::Lasso, Act::SmartBrush, Act::LocalMarks},
+                      {Act::ToolRange},
                       {Act::ToolRuler, Act::ToolAngle, Act::ToolEllipse},
                       {Act::WindowLevel}});
   QMenu* segmentation = fill(tr("Se&gmentation"),
@@ -215,6 +218,8 @@ void MainWindow::build_menus() {
        {Act::LessOpaque, Act::MoreOpaque},
        {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
   view->addMenu(new ViewLayoutMenu(*views_, view));
+  view->addMenu(new ClipMenu(*workbench_, views_->space(), actions, view));
+  view->addMenu(new VolumeMenu(*workbench_, views_->space(), actions, view));
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
   for (const ContrastPreset& preset : contrast_presets()) {
     QAction* entry = presets->addAction(tr(preset.title));
@@ -267,6 +272,7 @@ void MainWindow::build_toolbar() {
   auto* group = new QActionGroup(this);
   for (QAction* tool : bar->actions()) group->addAction(tool);
   for (QAction* tool : add_measure_button(*bar, *actions_)) group->addAction(tool);
+  group->addAction((*actions_)[Act::ToolRange]);
   bar->addSeparator();
   auto* run = new QToolButton(bar);
   run->setObjectName("run");

@@ -11,6 +11,7 @@
 #include "gui/panels/check_panel.h"
 #include "gui/panels/convergence_panel.h"
 #include "gui/panels/force_panel.h"
+#include "gui/panels/intensity_panel.h"
 #include "gui/panels/mesh_panel.h"
 #include "gui/panels/plan_panel.h"
 #include "gui/panels/point_panel.h"
@@ -38,6 +39,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
       forces_(new ForcePanel(workbench, tabs_)),
       simulation_(new SimulationPanel(workbench, loop, actions, tabs_)),
       points_(new PointPanel(workbench, tabs_)),
+      intensity_(new IntensityPanel(workbench, actions, tabs_)),
       check_(new CheckPanel(workbench, actions, tabs_)),
       plan_(new PlanPanel(workbench, tabs_)),
       convergence_(new ConvergencePanel(workbench, tabs_)),
@@ -52,6 +54,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   forces_->setObjectName(tr("Forces"));
   simulation_->setObjectName(tr("Simulation"));
   points_->setObjectName(tr("Points"));
+  intensity_->setObjectName(tr("Intensity"));
   check_->setObjectName(tr("Check"));
   plan_->setObjectName(tr("Plan"));
   convergence_->setObjectName(tr("Convergence"));
@@ -90,7 +93,7 @@ void SidePanels::arrange() {
     QTabWidget* tabs;  ///< null: not in this layout
   };
   QTabWidget *const research = researcher_ ? tabs_ : nullptr, *const last = separate_row ? row_ : research;
-  const Place places[] = {{forces_, research}, {simulation_, research}, {points_, tabs_},
+  const Place places[] = {{forces_, research}, {simulation_, research}, {points_, tabs_},    {intensity_, tabs_},
                           {check_, tabs_},     {plan_, last},           {convergence_, last}};
   int next = 0;  // place among the tabs of tabs_
   for (const auto& [panel, target] : places) {

@@ -8,6 +8,7 @@ namespace simplexseg {
 
 class ActionTable;
 class CheckPanel;
+class IntensityPanel;
 class ConvergencePanel;
 class ForcePanel;
 class FrameLoop;
@@ -48,6 +49,7 @@ class SidePanels : public QSplitter {
   ForcePanel* forces_;
   SimulationPanel* simulation_;
   PointPanel* points_;
+  IntensityPanel* intensity_;
   CheckPanel* check_;
   PlanPanel* plan_;
   ConvergencePanel* convergence_;

@@ -19,6 +19,20 @@ constexpr std::size_t kMostFiles = 12;
 constexpr const char *kGeometry = "geometry", *kFiles = "files";
 constexpr const char *kResearcher = "researcher", *kLargeView = "large_view";  // -1: four equal views
 constexpr const char *kNeighbours = "neighbours", *kStep = "neighbour_step";   // orientation of the slices, -1: none
+constexpr const char *kClipOn = "clip_on", *kClipFlipped = "clip_flipped";     // one bit for each CutPlane
+constexpr const char *kImageOnCaps = "image_on_caps", *kVolumeMode = "volume_3d";
+
+int bits_of(const std::array<bool, kCutPlanes>& flags) {
+  int bits = 0;
+  for (std::size_t n = 0; n < flags.size(); ++n) bits |= flags[n] ? 1 << n : 0;
+  return bits;
+}
+
+std::array<bool, kCutPlanes> flags_of(int bits) {
+  std::array<bool, kCutPlanes> flags{};
+  for (std::size_t n = 0; n < flags.size(); ++n) flags[n] = (bits >> n & 1) != 0;
+  return flags;
+}
 }  // namespace
 
 WindowMemory::WindowMemory(MainWindow& window)
@@ -31,6 +45,7 @@ WindowMemory::WindowMemory(MainWindow& window)
   window_.views().set_neighbour_step(std::clamp(settings_.value(kStep, 1).toInt(), 1, 1000));
   if (const int plane = settings_.value(kNeighbours, -1).toInt(); plane >= 0 && plane < 3)
     window_.views().set_layout(ViewLayout::Neighbours, plane);
+  read_space();
   connect(&window_.files(), &FileActions::name_changed, this, &WindowMemory::file_opened);
   connect(&window_.files(), &FileActions::about_to_open, this, [this] {
     store_contrast();
@@ -46,8 +61,23 @@ WindowMemory::~WindowMemory() {
   settings_.setValue(kLargeView, main_of(ViewLayout::OneAndThree));
   settings_.setValue(kNeighbours, main_of(ViewLayout::Neighbours));
   settings_.setValue(kStep, views.neighbour_step());
+  const ViewState& view = window_.workbench().view;
+  settings_.setValue(kClipOn, bits_of(view.clip.on));
+  settings_.setValue(kClipFlipped, bits_of(view.clip.flipped));
+  settings_.setValue(kImageOnCaps, view.clip.image_on_caps);
+  settings_.setValue(kVolumeMode, static_cast<int>(view.volume_mode));
   store_contrast();
   write();
+}
+
+void WindowMemory::read_space() {
+  ViewState& view = window_.workbench().view;
+  view.clip.on = flags_of(settings_.value(kClipOn, 0).toInt());
+  view.clip.flipped = flags_of(settings_.value(kClipFlipped, 0).toInt());
+  view.clip.image_on_caps = settings_.value(kImageOnCaps, true).toBool();
+  if (const int mode = settings_.value(kVolumeMode, 0).toInt(); mode >= 0 && mode <= 2)
+    view.volume_mode = static_cast<VolumeMode>(mode);
+  window_.workbench().view_edited();
 }
 
 bool WindowMemory::restore_geometry() { return window_.restoreGeometry(settings_.value(kGeometry).toByteArray()); }

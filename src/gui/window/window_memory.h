@@ -11,8 +11,9 @@ namespace simplexseg {
 
 class MainWindow;
 
-/// Settings that persist between runs of the program: size and position of the main window, recent files, and the grey
-/// window and level of each file. Not used in runs without a user. Must be destroyed before the main window.
+/// Settings that persist between runs of the program: size and position of the main window, recent files, the grey
+/// window and level of each file, and planes and volume of the 3D view. Not used in runs without a user. Must be
+/// destroyed before the main window.
 class WindowMemory : public QObject {
  public:
   explicit WindowMemory(MainWindow& window);
@@ -32,6 +33,8 @@ class WindowMemory : public QObject {
     double window = 0, level = 0;  ///< 0: the default of the volume
   };
   void read();
+  /// Reads what the 3D view shows.
+  void read_space();
   void write();
   void file_opened();
   /// Stores window and level of the open file.

@@ -29,7 +29,8 @@ constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}
                                            {Act::ToolFreeze, Tool::Freeze},
                                            {Act::ToolRuler, Tool::Ruler},
                                            {Act::ToolAngle, Tool::Angle},
-                                           {Act::ToolEllipse, Tool::Ellipse}};
+                                           {Act::ToolEllipse, Tool::Ellipse},
+                                           {Act::ToolRange, Tool::Range}};
 
 /// Sets a text such as "Undo add point", or "Undo" if `title` is empty.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
@@ -49,9 +50,9 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   connect_simulation();
   connect_view();
   // A key that is held must not toggle a mode or copy a mesh repeatedly.
-  for (const Act act :
-       {Act::WindowLevel, Act::Brush3d, Act::Lasso, Act::SmartBrush, Act::RunPause, Act::LockMesh, Act::DuplicateMesh,
-        Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::ShowAxes, Act::Annotations, Act::Names, Act::Slices3d})
+  for (const Act act : {Act::WindowLevel, Act::Brush3d, Act::Lasso, Act::SmartBrush, Act::LocalMarks, Act::RunPause,
+                        Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes, Act::ShowFill, Act::ShowField,
+                        Act::ShowAxes, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
@@ -80,7 +81,9 @@ void WorkbenchActions::connect_editing() {
                                   {Act::InsideHere, MarkKind::Inside},
                                   {Act::OutsideHere, MarkKind::Outside}})
     actions_.on(act, [this, kind = kind] {
-      workbench_.apply(AddPoint{workbench_.view.active_mesh, workbench_.view.crosshair_mm, kind});
+      AddPoint command{workbench_.view.active_mesh, workbench_.view.crosshair_mm, kind};
+      command.local = workbench_.view.local_marks;
+      workbench_.apply(command);
     });
   actions_.on(Act::PointHere, [this] {
     const ViewState& view = workbench_.view;
@@ -141,6 +144,7 @@ void WorkbenchActions::connect_view() {
   connect_toggle(Act::Brush3d, &ViewState::brush_3d);
   connect_toggle(Act::Lasso, &ViewState::lasso);
   connect_toggle(Act::SmartBrush, &ViewState::smart_brush);
+  connect_toggle(Act::LocalMarks, &ViewState::local_marks);
   connect_toggle(Act::WindowLevel, &ViewState::window_level_armed);
   actions_.on_toggle(Act::Neurological, [this](bool checked) {
     workbench_.view.convention = checked ? Convention::Neurological : Convention::Radiological;
@@ -214,7 +218,7 @@ void WorkbenchActions::refresh() {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
   for (const Act act : {Act::ToolPoint, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze,
-                        Act::ShowField, Act::ShowAxes})
+                        Act::ToolRange, Act::ShowField, Act::ShowAxes})
     set_enabled(actions_[act], meshes, no_mesh);
   refresh_inside_tool();
 }

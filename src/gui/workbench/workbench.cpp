@@ -8,7 +8,9 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "gui/input/key_map.h"
 #include "gui/look/contrast.h"
+#include "image/intensity_samples.h"
 
 namespace simplexseg {
 
@@ -150,6 +152,20 @@ void Workbench::add_reference(const std::string& path, Volume labels, std::share
   emit references_changed();
 }
 
+bool Workbench::sample_range(const std::array<Eigen::Vector3d, 3>& corners_mm) {
+  if (!active_mesh()) {
+    notify(Severity::Warning,
+           tr("A range of intensities needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
+    return false;
+  }
+  try {
+    return apply(SetIntensityRange{view.active_mesh, range_of_rectangle(idle_session().volume(), corners_mm)});
+  } catch (const Error& error) {
+    notify(Severity::Failure, QString::fromUtf8(error.what()));
+    return false;
+  }
+}
+
 bool Workbench::apply(const Command& command, ItemId* added) {
   ItemId id = 0;
   try {
@@ -168,7 +184,8 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (id != 0 && std::holds_alternative<AddMeasurement>(command)) view.last_measurement = id, view.selected_point = 0;
   forget_missing_items();
   failed_ = false;
-  const bool places = adds_point || std::holds_alternative<AddMesh>(command);
+  const bool places =
+      adds_point || std::holds_alternative<AddMesh>(command) || std::holds_alternative<SetIntensityRange>(command);
   // Pause after undo and redo, to show their effect; the next point or mesh starts the simulation again.
   if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command)) set_running(false);
   if (places && !running_ && !paused_by_user_) set_running(true);

@@ -4,6 +4,7 @@
 #include <QString>
 #include <QThreadPool>
 #include <QTimer>
+#include <array>
 #include <functional>
 #include <memory>
 #include <set>
@@ -55,6 +56,9 @@ class Workbench : public QObject {
   /// Performs a user action; an Error becomes a message, and the result is false. A new point or mesh starts the
   /// simulation unless the user has paused it; undo and redo pause it. `added`: receives the id of a new item, or 0.
   bool apply(const Command& command, ItemId* added = nullptr);
+  /// Limits the active mesh to the intensities of a rectangle (range_of_rectangle()). Returns false after a failure,
+  /// which becomes a message.
+  bool sample_range(const std::array<Eigen::Vector3d, 3>& corners_mm);
   /// Advances the simulation (Session::advance); a failure pauses it and becomes a message.
   Advance advance(double seconds);
   Advance advance_steps(int steps, bool stop_at_rest = false);

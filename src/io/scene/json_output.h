@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "forces/parameters.h"
+#include "image/intensity_range.h"
 #include "image/measurement.h"
 #include "image/paint_stroke.h"
 #include "io/platform/files.h"
@@ -45,6 +46,15 @@ Json path_json(const std::vector<Eigen::Vector3d>& path) {
   Json array = Json::array();
   for (const Eigen::Vector3d& vertex : path) array.push_back(vector_json<Json>(vertex));
   return array;
+}
+
+/// JSON object with the finite limits of a range.
+template <class Json>
+Json range_json(const IntensityRange& range) {
+  Json json = Json::object();
+  if (std::isfinite(range.low)) json["low"] = range.low;
+  if (std::isfinite(range.high)) json["high"] = range.high;
+  return json;
 }
 
 /// JSON object of a set of painted voxels.

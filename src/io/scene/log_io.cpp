@@ -153,15 +153,17 @@ Json keys_json(const AddPoint& c) {
   if (c.outward.norm() > 0) json["outward"] = vector_json<Json>(c.outward);
   if (!c.path_mm.empty()) json["path_mm"] = path_json<Json>(c.path_mm);
   if (c.brush.paints()) json["paint"] = paint_json<Json>(c);
+  if (c.local) json["local"] = true;
   return json;
 }
 void read_keys(const JsonInput& in, AddPoint& c) {
-  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint"});
+  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint", "local"});
   c = {read_id(in["mesh"]), in["position_mm"].vector3()};
   if (in.has("kind")) c.kind = read_point_kind(in["kind"]);
   if (in.has("radius_mm")) c.radius_mm = read_radius(in["radius_mm"]);
   if (in.has("outward")) c.outward = in["outward"].vector3();
   if (in.has("path_mm")) c.path_mm = read_path(in["path_mm"]);
+  if (in.has("local")) c.local = in["local"].boolean();
   if (in.has("paint") && read_paint(in["paint"], c.brush, c.edit))
     in["paint"].fail("a command has no voxels", "use the stroke that determines them");
 }
@@ -252,14 +254,28 @@ void read_keys(const JsonInput& in, SetParameters& c) {
 }
 
 Json keys_json(const AddLasso& c) {
-  return {{"mesh", c.mesh},
-          {"kind", name_of(c.kind)},
-          {"contour_mm", path_json<Json>(c.contour_mm)},
-          {"normal", vector_json<Json>(c.normal)}};
+  Json json = {{"mesh", c.mesh},
+               {"kind", name_of(c.kind)},
+               {"contour_mm", path_json<Json>(c.contour_mm)},
+               {"normal", vector_json<Json>(c.normal)}};
+  if (c.local) json["local"] = true;
+  return json;
 }
 void read_keys(const JsonInput& in, AddLasso& c) {
-  expect_keys(in, {"mesh", "kind", "contour_mm", "normal"});
+  expect_keys(in, {"mesh", "kind", "contour_mm", "normal", "local"});
   c = {read_id(in["mesh"]), read_point_kind(in["kind"]), read_path(in["contour_mm"]), in["normal"].vector3()};
+  c.local = in.has("local") && in["local"].boolean();
+}
+
+Json keys_json(const SetIntensityRange& c) {
+  Json json = {{"mesh", c.mesh}, {"range", range_json<Json>(c.range)}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void read_keys(const JsonInput& in, SetIntensityRange& c) {
+  expect_keys(in, {"mesh", "range", "continues"});
+  c = {read_id(in["mesh"]), read_range(in["range"])};
+  c.continues = in.has("continues") && in["continues"].boolean();
 }
 
 Json keys_json(const EditVoxels& c) {
@@ -330,7 +346,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "move_measurement",
                                          "rename_measurement",
                                          "delete_measurement",
-                                         "add_lasso"};
+                                         "add_lasso",
+                                         "set_intensity_range"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

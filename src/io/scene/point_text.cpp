@@ -41,6 +41,15 @@ std::vector<Eigen::Vector3d> read_path(const JsonInput& input) {
   return path;
 }
 
+IntensityRange read_range(const JsonInput& input) {
+  input.expect_keys({"low", "high"});
+  IntensityRange range;
+  if (input.has("low")) range.low = input["low"].number();
+  if (input.has("high")) range.high = input["high"].number();
+  if (!(range.low < range.high)) input.fail("its lower limit is not below the upper one", "correct it");
+  return range;
+}
+
 VoxelEdit read_voxel_edit(const JsonInput& input) {
   const std::string name = input.text();
   std::vector<std::string> names;

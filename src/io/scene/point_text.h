@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds and radii of points, and kinds of measurements, in scene files and logs.
+// Kinds and radii of points, ranges of intensities and kinds of measurements, in scene files and logs.
 #pragma once
 #include <memory>
 #include <optional>
@@ -21,6 +21,8 @@ MarkKind read_point_kind(const JsonInput& input);
 double read_radius(const JsonInput& input);
 /// Reads the vertices of a path (UserPoint::path_mm): a list of lists of three numbers.
 std::vector<Eigen::Vector3d> read_path(const JsonInput& input);
+/// Reads a range of intensities (range_json()). Throws Error unless `low` is below `high`.
+IntensityRange read_range(const JsonInput& input);
 /// Reads paint into `brush` and `edit`: `normal` and `thickness_mm` of a disc or, with `contour`, of a contour; neither
 /// for a ball. Returns its set of voxels, or null without one.
 std::shared_ptr<const PaintVoxels> read_paint(const JsonInput& input, PaintBrush& brush, VoxelEdit& edit);

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/expect.h"
 #include "io/platform/cbor.h"
+#include "io/scene/json_output.h"
 
 namespace simplexseg {
 using nlohmann::json;
@@ -52,8 +53,10 @@ void read_histogram(const json& value, std::array<std::int32_t, kRegionBins>& bi
 }
 
 constexpr int kMarkKinds = 3, kMarkLinks = 3;
-/// First number of a mark: its kind, plus kMarkKinds times its link.
-int code_of(const Mark& mark) { return static_cast<int>(mark.kind) + kMarkKinds * static_cast<int>(mark.link); }
+/// First number of a mark: its kind, plus kMarkKinds times its link, plus the number of these if it is local.
+int code_of(const Mark& mark) {
+  return static_cast<int>(mark.kind) + kMarkKinds * (static_cast<int>(mark.link) + (mark.local ? kMarkLinks : 0));
+}
 
 json binary_json(const std::vector<Mark>& marks) {
   std::vector<double> numbers;
@@ -72,13 +75,14 @@ std::vector<Mark> marks_of(const json& saved) {
   std::vector<Mark> marks;
   for (std::size_t m = 0; m < numbers.size(); m += kNumbers) {
     const double* const n = numbers.data() + m;
-    expect(n[0] >= 0 && n[0] < kMarkLinks * kMarkKinds, "a mark of the field has an invalid kind");
+    expect(n[0] >= 0 && n[0] < 2 * kMarkLinks * kMarkKinds, "a mark of the field has an invalid kind");
     const int code = static_cast<int>(n[0]);
     marks.push_back({static_cast<MarkKind>(code % kMarkKinds),
                      {n[1], n[2], n[3]},
                      n[4],
                      {n[5], n[6], n[7]},
-                     static_cast<MarkLink>(code / kMarkKinds)});
+                     static_cast<MarkLink>(code / kMarkKinds % kMarkLinks),
+                     code >= kMarkKinds * kMarkLinks});
   }
   return marks;
 }
@@ -92,6 +96,7 @@ json binary_json(const MeshField& painted) {
                 {"others", binary_json(field.others)},
                 {"leaks", field.leaks},
                 {"calibrated_dice", field.expected_dice}};
+  if (field.intensity_range.is_limited()) saved["intensity_range"] = range_json<json>(field.intensity_range);
   if (field.cell != kVoxelCells) saved["cell"] = field.cell;
   if (!field.problem.empty()) saved["problem"] = field.problem;
   return saved;
@@ -114,6 +119,11 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
   expect(count == field->values.size(), "the number of values of the field does not match its box");
   field->marks = marks_of(saved.at("marks"));
   if (saved.contains("others")) field->others = marks_of(saved.at("others"));
+  if (saved.contains("intensity_range")) {
+    const json& range = saved.at("intensity_range");
+    field->intensity_range.low = range.value("low", field->intensity_range.low);
+    field->intensity_range.high = range.value("high", field->intensity_range.high);
+  }
   field->leaks = saved.at("leaks").get<bool>();
   if (saved.contains("calibrated_dice")) field->expected_dice = saved.at("calibrated_dice").get<float>();
   return field;

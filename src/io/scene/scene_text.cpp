@@ -37,7 +37,7 @@ bool is_preset_file(const std::string& preset) { return preset.ends_with(".json"
 
 MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, const MeshReader& read_files) {
   input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "code", "forces",
-                     "final_vertices", "reference", "pose", "state"});
+                     "final_vertices", "intensity_range", "reference", "pose", "state"});
   MeshItem item;
   item.name = input["name"].text();
   if (input.has("final_vertices")) {
@@ -62,6 +62,7 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
   if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
   if (input.has("code")) item.code = read_code(input["code"]);
   if (input.has("forces")) read_forces(input["forces"], item.parameters);
+  if (input.has("intensity_range")) item.intensity_range = read_range(input["intensity_range"]);
   if (input.has("reference")) {
     const JsonInput reference = input["reference"];
     reference.expect_keys({"labels", "value"});
@@ -96,8 +97,8 @@ SavedView read_view(const JsonInput& input) {
 }
 
 UserPoint read_point(const JsonInput& input, const Scene& scene) {
-  input.expect_keys(
-      {"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint", "continues", "lasso_normal"});
+  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint", "continues", "local",
+                     "lasso_normal"});
   const std::string name = input["mesh"].text();
   const MeshItem* const item = scene.find_mesh(name);
   if (!item) {
@@ -115,6 +116,7 @@ UserPoint read_point(const JsonInput& input, const Scene& scene) {
     point.lasso_normal = input["lasso_normal"].vector3();
     if (!point.is_lasso()) input["lasso_normal"].fail("it is 0", "give the unit normal of its slice");
   }
+  if (input.has("local")) point.local = input["local"].boolean();
   if (input.has("paint")) point.voxels = read_paint(input["paint"], point.brush, point.edit);
   return point;
 }
@@ -156,6 +158,7 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
   const Json forces = forces_json<Json>(item.parameters, &defaults);
   if (!forces.empty()) json["forces"] = forces;
   if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;
+  if (item.intensity_range.is_limited()) json["intensity_range"] = range_json<Json>(item.intensity_range);
   if (item.reference) {
     json["reference"] = {{"labels", portable(item.reference->labels, folder)}};
     if (item.reference->value) json["reference"]["value"] = *item.reference->value;
@@ -177,6 +180,7 @@ Json point_json(const UserPoint& point, const Scene& scene) {
   if (point.is_stroke()) json["path_mm"] = path_json<Json>(point.path_mm);
   if (point.is_lasso()) json["lasso_normal"] = vector_json<Json>(point.lasso_normal);
   if (point.continues) json["continues"] = true;
+  if (point.local) json["local"] = true;
   if (point.is_paint()) json["paint"] = paint_json<Json>(point);
   return json;
 }

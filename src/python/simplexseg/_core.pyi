@@ -135,6 +135,7 @@ class SceneMesh:
     opacity: float
     colour: tuple[int, int, int]
     code: dict[str, tuple[str, str, str]]
+    intensity_range: tuple[float, float]
     @property
     def id(self) -> int: ...
     @property
@@ -151,6 +152,7 @@ class SceneMesh:
         radius: float = 0.0,
         outward: ArrayLike | None = None,
         path: Sequence[ArrayLike] | None = None,
+        local: bool = False,
     ) -> ScenePoint: ...
     def paint(
         self,
@@ -163,7 +165,7 @@ class SceneMesh:
         contour: bool = False,
         edit: str | None = None,
     ) -> ScenePoint: ...
-    def add_lasso(self, path: Sequence[ArrayLike], normal: ArrayLike, kind: Literal["inside", "outside"] = "inside") -> ScenePoint: ...
+    def add_lasso(self, path: Sequence[ArrayLike], normal: ArrayLike, kind: Literal["inside", "outside"] = "inside", *, local: bool = False) -> ScenePoint: ...
     def edit_voxels(
         self, edit: str, *, size: float | None = None, other: SceneMesh | None = None
     ) -> ScenePoint: ...
