@@ -89,7 +89,7 @@ EvidenceSettings settings_without(const std::vector<std::string>& names) {
 
 /// Whether a robot corrects the field, without a mesh.
 bool corrects_field(const std::string& robot) {
-  return robot == "mark" || robot == "stroke" || robot == "lasso" || robot == "box";
+  return robot == "mark" || robot == "stroke" || robot == "lasso" || robot == "box" || robot == "contour";
 }
 
 /// Throws Error for an option that the chosen robot does not use.
@@ -276,6 +276,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
   print_warnings(labels.labels({.label = label_values.back()}).warnings, console);
   RobotSettings robot = options.settings;
   robot.starts_with_box = options.robot == "box";
+  robot.starts_with_lasso = options.robot == "contour";
   if (options.robot == "stroke") robot.click_kind = RobotClickKind::Strokes;
   if (options.robot == "lasso") robot.click_kind = RobotClickKind::Lassos;
   if (options.robot == "mixed") robot.click_kind = RobotClickKind::Mixed;
@@ -358,10 +359,10 @@ void add_clicks(const Subcommand& app, Action& action) {
          "--robot", options->robot,
          "Segmentation that is corrected, and the kind of clicks (docs/clicks.md): mark: field without a mesh, inside "
          "and outside marks; stroke: field, inside and outside strokes; lasso: field, closed contours; box: field, a "
-         "box instead of a seed, then "
+         "box instead of a seed, then marks; contour: field, a lasso instead of a seed, then "
          "marks; mesh: mesh, inside and outside marks; point: mesh, boundary points; grab: mesh, drags of the surface; "
          "mixed: mesh, marks and drags; none: mesh without a field, boundary points")
-      .one_of({"mark", "stroke", "lasso", "box", "mesh", "point", "grab", "mixed", "none"})
+      .one_of({"mark", "stroke", "lasso", "box", "contour", "mesh", "point", "grab", "mixed", "none"})
       .show_default();
   sub.add_flag("--local", settings.local, "Corrections change the segmentation only near them (local marks)");
   sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, as a multiple of the correct radius")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "field/lasso_prompt.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "core/error.h"
@@ -10,7 +11,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kMostPlaces = 1500;  // along a contour
+constexpr double kOutsideVoxels = 2, kOutsideStartVoxels = 5;  // distance of the outside stroke, voxels
+constexpr int kMostPlaces = 1500;                              // along a contour
+constexpr double kSeedShare = 0.4;  // radius of the seed, relative to its distance from the contour
 
 /// Strokes at a distance from a contour, on its inner or outer side, where no part of the contour is nearer.
 std::vector<std::vector<Eigen::Vector3d>> offset_paths(const PlaneContour& contour, bool inwards, double distance_mm,
@@ -25,7 +28,7 @@ std::vector<std::vector<Eigen::Vector3d>> offset_paths(const PlaneContour& conto
     const Eigen::Vector2d across = Eigen::Vector2d(-along[1], along[0]).normalized();
     for (const double side : {1.0, -1.0}) {
       const Eigen::Vector3d at = contour.in_space(places[n] + side * distance_mm * across);
-      if (contour.encloses(at) != inwards || contour.distance_mm(at) < 0.95 * distance_mm || !volume.contains(at))
+      if (contour.encloses(at) != inwards || contour.is_nearer_than(0.95 * distance_mm, at) || !volume.contains(at))
         continue;
       moved[n] = at, kept[n] = 1;
       break;
@@ -51,13 +54,21 @@ std::vector<std::vector<Eigen::Vector3d>> offset_paths(const PlaneContour& conto
   return paths;
 }
 
+[[noreturn]] void refuse_empty() {
+  throw Error("the lasso", "it encloses nothing of the image", "draw it around a part of the image");
+}
+
+PlaneContour contour_of(std::span<const Eigen::Vector3d> contour_mm, const Eigen::Vector3d& normal) {
+  if (contour_mm.size() < 3) throw Error("the lasso", "it has fewer than three vertices", "draw around the part");
+  return {contour_mm, normal};
+}
+
 }  // namespace
 
 std::vector<PromptStroke> prompt_of_lasso(MarkKind kind, std::span<const Eigen::Vector3d> contour_mm,
-                                          const Eigen::Vector3d& normal, const VolumeGeometry& volume) {
+                                          const Eigen::Vector3d& normal, const VolumeGeometry& volume, bool starts) {
   if (kind == MarkKind::Boundary) throw Error("the lasso", "it is a boundary", "make it inside or outside");
-  if (contour_mm.size() < 3) throw Error("the lasso", "it has fewer than three vertices", "draw around the part");
-  const PlaneContour contour(contour_mm, normal);
+  const PlaneContour contour = contour_of(contour_mm, normal);
   const double voxel_mm = volume.spacing_mm.minCoeff();
   std::vector<PromptStroke> strokes;
   const auto add = [&](MarkKind of, bool inwards, double distance_voxels, double radius_voxels) {
@@ -67,11 +78,35 @@ std::vector<PromptStroke> prompt_of_lasso(MarkKind kind, std::span<const Eigen::
       strokes.push_back({of, std::move(path), radius_voxels * voxel_mm});
     return strokes.size() > before;
   };
-  if (!add(kind, true, 2, 1) && !add(kind, true, 1, 0.5) && !add(kind, true, 0.5, 0.5))
-    throw Error("the lasso", "it encloses nothing of the image", "draw it around a part of the image");
+  if (!add(kind, true, 2, 1) && !add(kind, true, 1, 0.5) && !add(kind, true, 0.5, 0.5)) refuse_empty();
   for (double distance = 6, radius = 2; add(kind, true, distance, radius); radius *= 2) distance += 4 * radius;
-  if (kind == MarkKind::Inside) add(MarkKind::Outside, false, 2, 1);
+  if (kind == MarkKind::Inside) add(MarkKind::Outside, false, starts ? kOutsideStartVoxels : kOutsideVoxels, 1);
   return strokes;
+}
+
+Mark seed_of_lasso(std::span<const Eigen::Vector3d> contour_mm, const Eigen::Vector3d& normal,
+                   const VolumeGeometry& volume) {
+  const PlaneContour contour = contour_of(contour_mm, normal);
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector3d& vertex : contour_mm) box.extend(contour.in_plane(vertex));
+  Mark seed;
+  double depth_mm = 0;
+  const auto try_place = [&](const Eigen::Vector2d& p) {
+    const Eigen::Vector3d at = contour.in_space(p);
+    if (!contour.encloses(at) || !volume.contains(at)) return;
+    if (const double mm = contour.distance_mm(at); mm > depth_mm) depth_mm = mm, seed.position_mm = at;
+  };
+  // Finer grids around the deepest place of the last one.
+  constexpr int kSteps = 24, kRounds = 6;
+  Eigen::Vector2d centre = box.center(), half = box.sizes() / 2;
+  for (int round = 0; round < kRounds; ++round) {
+    for (int j = -kSteps; j <= kSteps; ++j)
+      for (int i = -kSteps; i <= kSteps; ++i) try_place(centre + Eigen::Vector2d(i, j).cwiseProduct(half) / kSteps);
+    if (!(depth_mm > 0)) refuse_empty();
+    centre = contour.in_plane(seed.position_mm), half /= 6;
+  }
+  seed.radius_mm = std::max(kSeedShare * depth_mm, volume.spacing_mm.minCoeff());
+  return seed;
 }
 
 }  // namespace simplexseg

@@ -174,6 +174,15 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
        settings.seed_scale * radius_mm,
        {0, 0, 0}}};
   if (settings.starts_with_box) marks = prompt_of_box(box_around_object(part, *deepest), truth.geometry).marks();
+  if (settings.starts_with_lasso) {
+    if (const std::optional<RobotLasso> lasso =
+            lasso_at_error(part, Mask{truth.geometry, std::vector<std::uint8_t>(part.voxels.size())}, *deepest, 0)) {
+      marks = {seed_of_lasso(lasso->contour_mm, lasso->normal, truth.geometry)};
+      const std::vector<Mark> around = marks_of_strokes(
+          prompt_of_lasso(MarkKind::Inside, lasso->contour_mm, lasso->normal, truth.geometry, true), MarkLink::Update);
+      marks.insert(marks.end(), around.begin(), around.end());
+    }
+  }
   const std::size_t start_count = marks.size();
   std::vector<RobotClick> clicks;
   std::optional<WorstError> error;  // corrected by the last mark

@@ -51,11 +51,12 @@ enum class RobotClickKind {
 };
 
 struct RobotSettings {
-  int most_clicks = 20;          ///< after the seed
-  double seed_scale = 1;         ///< radius of the seed, multiple of the correct radius
-  double seed_offset = 0;        ///< offset of the centre of the seed along (1, 1, 1), multiple of the correct radius
-  bool starts_with_box = false;  ///< a rectangle around the object instead of a seed
-  bool local = false;            ///< all corrections are local marks (Mark::local)
+  int most_clicks = 20;            ///< after the seed
+  double seed_scale = 1;           ///< radius of the seed, multiple of the correct radius
+  double seed_offset = 0;          ///< offset of the centre of the seed along (1, 1, 1), multiple of the correct radius
+  bool starts_with_box = false;    ///< a rectangle around the object instead of a seed
+  bool starts_with_lasso = false;  ///< a closed contour around the object instead of a seed
+  bool local = false;              ///< all corrections are local marks (Mark::local)
   RobotClickKind click_kind = RobotClickKind::Marks;
 };
 

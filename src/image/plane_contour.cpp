@@ -51,13 +51,24 @@ bool PlaneContour::encloses_in_plane(const Eigen::Vector2d& p) const {
 double PlaneContour::distance_mm(const Eigen::Vector3d& mm) const {
   const Eigen::Vector2d p = in_plane(mm);
   double least = std::numeric_limits<double>::max();
-  for (std::size_t n = 0; n < vertices_.size(); ++n) {
-    const Eigen::Vector2d &a = vertices_[n], along = vertices_[(n + 1) % vertices_.size()] - a, to = p - a;
-    const double squared = along.squaredNorm();
-    const double t = squared > 0 ? std::clamp(to.dot(along) / squared, 0.0, 1.0) : 0;
-    least = std::min(least, (to - t * along).norm());
-  }
+  for (std::size_t n = 0; n < vertices_.size(); ++n) least = std::min(least, distance_to_side(p, n));
   return least;
+}
+
+double PlaneContour::distance_to_side(const Eigen::Vector2d& p, std::size_t side) const {
+  const Eigen::Vector2d &a = vertices_[side], along = vertices_[(side + 1) % vertices_.size()] - a, to = p - a;
+  const double squared = along.squaredNorm();
+  const double t = squared > 0 ? std::clamp(to.dot(along) / squared, 0.0, 1.0) : 0;
+  return (to - t * along).norm();
+}
+
+bool PlaneContour::is_nearer_than(double limit_mm, const Eigen::Vector3d& mm) const {
+  const Eigen::Vector2d p = in_plane(mm);
+  const std::size_t last = strip_of(p[1] + limit_mm);
+  for (std::size_t s = strip_of(p[1] - limit_mm); s <= last; ++s)
+    for (const int side : strips_[s])
+      if (distance_to_side(p, static_cast<std::size_t>(side)) < limit_mm) return true;
+  return false;
 }
 
 std::vector<Eigen::Vector2d> PlaneContour::resampled(double step_mm, int most) const {

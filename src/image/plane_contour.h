@@ -17,6 +17,8 @@ class PlaneContour {
   bool encloses(const Eigen::Vector3d& mm) const { return encloses_in_plane(in_plane(mm)); }
   /// Distance in the plane, mm.
   double distance_mm(const Eigen::Vector3d& mm) const;
+  /// Whether distance_mm() is below `limit_mm`; faster where few sides are near.
+  bool is_nearer_than(double limit_mm, const Eigen::Vector3d& mm) const;
   /// Coordinates in the plane, mm.
   Eigen::Vector2d in_plane(const Eigen::Vector3d& mm) const { return {u_.dot(mm - origin_), v_.dot(mm - origin_)}; }
   Eigen::Vector3d in_space(const Eigen::Vector2d& p) const { return origin_ + p[0] * u_ + p[1] * v_; }
@@ -26,6 +28,7 @@ class PlaneContour {
  private:
   bool encloses_in_plane(const Eigen::Vector2d& p) const;
   std::size_t strip_of(double along) const;
+  double distance_to_side(const Eigen::Vector2d& p, std::size_t side) const;
 
   Eigen::Vector3d origin_, u_, v_;
   std::vector<Eigen::Vector2d> vertices_;

@@ -107,11 +107,11 @@ ScenePoint edit_voxels(const SceneMesh& mesh, const std::string& name, const std
            apply(*mesh.session, EditVoxels{mesh.id, edit, size.value_or(default_size), other ? other->id : 0})}};
 }
 
-void add_lasso(const SceneMesh& mesh, const std::vector<py::object>& path, const py::object& normal,
-               const std::string& kind, bool local) {
+ScenePoint add_lasso(const SceneMesh& mesh, const std::vector<py::object>& path, const py::object& normal,
+                     const std::string& kind, bool local) {
   AddLasso command{mesh.id, kind_of(kind), {}, vector_of(normal, "normal").normalized(), local};
   for (const py::object& vertex : path) command.contour_mm.emplace_back(vector_of(vertex, "path"));
-  apply(*mesh.session, command);
+  return {{mesh.session, apply(*mesh.session, command)}};
 }
 
 ScenePoint paint(const SceneMesh& mesh, const std::vector<py::object>& path, double radius, bool erase,
@@ -243,12 +243,13 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
            "vertices, mm, LPS. radius: mm. normal, thickness: of a slice, mm, for a disc in it instead of a ball.\n"
            "contour: the path encloses the voxels, in its slice or, with thickness 0, through the volume. edit:\n"
            "smart_paint (only voxels with the intensities of the path) or freeze (keeps the present voxels).")
-      .def("add_lasso", &add_lasso, py::arg("path"), py::arg("normal"), py::arg("kind") = "inside", py::kw_only(),
-           py::arg("local") = false,
-           "Adds the strokes of a lasso, applied in one update: inside strokes in a closed contour and an outside "
-           "stroke\n"
-           "around it, or for kind outside, outside strokes in it. path: vertices, mm, LPS; normal: of its slice.\n"
-           "local: they change the segmentation only near them.")
+      .def(
+          "add_lasso", &add_lasso, py::arg("path"), py::arg("normal"), py::arg("kind") = "inside", py::kw_only(),
+          py::arg("local") = false,
+          "Adds a lasso and returns it: inside strokes in a closed contour and an outside stroke around it, or for "
+          "kind\n"
+          "outside, outside strokes in it. path: vertices, mm, LPS; normal: of its slice. Raises Error if it encloses\n"
+          "nothing of the volume. local: it changes the segmentation only near it.")
       .def("edit_voxels", &edit_voxels, py::arg("edit"), py::kw_only(), py::arg("size") = py::none(),
            py::arg("other") = py::none(),
            "Changes the voxels of the object and returns the paint. edit: keep_largest, remove_small (size: mm3),\n"
@@ -296,7 +297,15 @@ void bind_point_item(py::class_<ScenePoint>& item) {
               path.append(tuple_of(vertex));
             return path;
           },
-          "Vertices of a stroke, mm, LPS; the position alone for a point.")
+          "Vertices of a stroke or of the contour of a lasso, mm, LPS; the position alone for a point.")
+      .def_property_readonly(
+          "normal",
+          [](const ScenePoint& point) -> py::object {
+            const Eigen::Vector3d normal = read_point(point, [](const UserPoint& p) { return p.lasso_normal; });
+            if (normal.norm() > 0) return tuple_of(normal);
+            return py::none();
+          },
+          "Unit normal of the slice of a lasso; None for other points.")
       .def_property_readonly(
           "mesh",
           [](const ScenePoint& point) {

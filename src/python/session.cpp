@@ -85,6 +85,15 @@ SceneMesh add_sphere(const Owner& owner, const py::str& name, const py::object& 
              {name.cast<std::string>(), {vector_of(centre, "centre"), radius}, std::nullopt, id_of(like, owner)});
 }
 
+SceneMesh add_lasso_start(const Owner& owner, const std::vector<py::object>& path, const py::object& normal,
+                          const py::str& name, const std::optional<SceneMesh>& like) {
+  AddMesh command{name.cast<std::string>(), {}, std::nullopt, id_of(like, owner)};
+  if (path.empty()) throw Error("path", "it has no vertex", "give at least three positions");
+  for (const py::object& vertex : path) command.contour_mm.emplace_back(vector_of(vertex, "path"));
+  command.contour_normal = vector_of(normal, "normal").normalized();
+  return add(owner, command);
+}
+
 SceneMesh add_start(const Owner& owner, const std::variant<Image, fs::path>& source, const py::str& name,
                     std::optional<double> label, int part, int vertices, const std::optional<SceneMesh>& like) {
   if (part < 0 || vertices < 0)
@@ -263,6 +272,13 @@ void bind_scene(SessionClass& session) {
            "Adds a mesh that starts as a sphere and grows during a run. centre, radius: mm, LPS; name: \"\" for the "
            "first\n"
            "free \"mesh N\"; like: mesh whose parameters are copied. Raises Error if the centre is outside the volume.")
+      .def(
+          "add_mesh_from_lasso", &add_lasso_start, py::arg("path"), py::arg("normal"), py::arg("name") = "",
+          py::kw_only(), py::arg("like") = py::none(),
+          "Adds a mesh that starts from a closed contour around the structure in a slice: a seed in it, and an inside\n"
+          "lasso. path: vertices, mm, LPS; normal: of the slice; name, like: see add_mesh(). Raises Error if the "
+          "contour\n"
+          "encloses nothing of the volume.")
       .def("add_mesh_from", &add_start, py::arg("source"), py::arg("name") = "", py::kw_only(),
            py::arg("label") = py::none(), py::arg("part") = 0, py::arg("vertices") = 0, py::arg("like") = py::none(),
            "Adds a mesh that starts from labels or from a mesh file. source: a label Volume, a label file or a mesh "

@@ -90,8 +90,8 @@ std::string description_of_point(const char* verb, ItemId id, const Scene& scene
   if (point->is_paint())
     return std::string(verb) + (point->kind == MarkKind::Inside ? " paint" : " eraser stroke") +
            mesh_suffix(point->mesh, scene);
-  return std::string(verb) + " " + name_of(point->kind) + (point->is_stroke() ? " stroke" : " point") +
-         mesh_suffix(point->mesh, scene);
+  const char* const what = point->is_lasso() ? " lasso" : point->is_stroke() ? " stroke" : " point";
+  return std::string(verb) + " " + name_of(point->kind) + what + mesh_suffix(point->mesh, scene);
 }
 std::string description(const MovePoint& c, const Scene& scene) { return description_of_point("move", c.point, scene); }
 std::string description(const DeletePoint& c, const Scene& scene) {

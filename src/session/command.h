@@ -23,6 +23,10 @@ struct AddMesh {
   /// prompt_of_box(). Four, or none.
   std::vector<Eigen::Vector3d> box_mm{};
   SegmentCode code{};  ///< MeshItem::code
+  /// Closed contour around the object in a slice (field/lasso_prompt.h) instead of a seed: the mesh gets the seed of
+  /// seed_of_lasso() and an inside lasso. At least three vertices, or none.
+  std::vector<Eigen::Vector3d> contour_mm{};
+  Eigen::Vector3d contour_normal{0, 0, 1};  ///< unit normal of its slice
 };
 struct DeleteMesh {
   ItemId mesh;
@@ -76,7 +80,7 @@ struct AddPoint {
   VoxelEdit edit = VoxelEdit::None;
   bool local = false;  ///< a mark: UserPoint::local
 };
-/// Adds the strokes that a lasso stands for (field/lasso_prompt.h), applied in one update.
+/// Adds a lasso (field/lasso_prompt.h), which is applied in one update.
 struct AddLasso {
   ItemId mesh;
   MarkKind kind = MarkKind::Inside;         ///< Inside or Outside

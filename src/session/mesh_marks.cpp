@@ -18,7 +18,13 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
   // Smallest radius of a boundary mark, and radius of the other marks whose points have none.
   const double min_radius_mm = far_brush_radius_mm(volume.geometry());
   for (const UserPoint& point : scene.points) {
-    if (point.mesh != item.id || point.is_paint() || !volume.geometry().contains(point.position_mm)) continue;
+    if (point.mesh != item.id || point.is_paint()) continue;
+    if (point.is_lasso() && point.strokes) {
+      std::vector<Mark> lasso = marks_of_strokes(*point.strokes, point.continues ? MarkLink::Update : MarkLink::None);
+      for (Mark& mark : lasso) mark.local = point.local;
+      marks.insert(marks.end(), lasso.begin(), lasso.end());
+    }
+    if (point.is_lasso() || !volume.geometry().contains(point.position_mm)) continue;
     if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
     if (point.kind == MarkKind::Boundary) {
       marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, min_radius_mm), point.outward,

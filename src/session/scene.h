@@ -23,6 +23,8 @@
 
 namespace simplexseg {
 
+struct PromptStroke;
+
 using ItemId = std::uint32_t;  ///< id of a mesh, point or measurement, unique in a session; 0: none
 
 /// Reference segmentation with which reports compare a mesh.
@@ -96,7 +98,8 @@ struct MeshItem {
   bool has_field() const { return field && !field->values.empty(); }
 };
 
-/// Point or stroke that a user placed: a mark for the field of its mesh. A boundary point also attracts the surface.
+/// Point, stroke or lasso that a user placed: a mark for the field of its mesh. A boundary point also attracts the
+/// surface.
 struct UserPoint {
   ItemId id = 0;
   ItemId mesh = 0;
@@ -104,8 +107,8 @@ struct UserPoint {
   MarkKind kind = MarkKind::Boundary;
   double radius_mm = 0;              ///< radius of the marked ball, or of the balls along a stroke, mm
   Eigen::Vector3d outward{0, 0, 0};  ///< boundary point: unit direction out of the object; 0: unknown
-  /// Stroke: the vertices of its path after the first, which is `position_mm`, as offsets from it, mm. Only inside and
-  /// outside points have one.
+  /// Stroke or lasso: the vertices of its path after the first, which is `position_mm`, as offsets from it, mm. Only
+  /// inside and outside points have one.
   std::vector<Eigen::Vector3d> path_mm{};
 
   /// Brush of a stroke of paint (inside) or of the eraser (outside). Such a stroke is no mark: it sets voxels exactly
@@ -119,7 +122,14 @@ struct UserPoint {
   std::shared_ptr<const PaintVoxels> voxels{};  ///< voxels of a brush of shape Voxels; otherwise null
   bool local = false;                           ///< a mark that changes the object only near it (Mark::local)
 
+  /// Lasso of inside or outside: unit normal of the slice of its closed contour, whose vertices are vertices_mm(); 0:
+  /// not a lasso.
+  Eigen::Vector3d lasso_normal{0, 0, 0};
+  /// Strokes that a lasso stands for, determined by update_lasso(); null without a volume.
+  std::shared_ptr<const std::vector<PromptStroke>> strokes{};
+
   bool is_paint() const { return brush.paints(); }
+  bool is_lasso() const { return lasso_normal.squaredNorm() > 0; }
   bool is_stroke() const { return !path_mm.empty(); }
   /// All vertices of the path; one for a point.
   std::vector<Eigen::Vector3d> vertices_mm() const;

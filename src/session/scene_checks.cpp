@@ -10,6 +10,7 @@
 #include "field/brush_radius.h"
 #include "forces/force_list.h"
 #include "image/volume.h"
+#include "session/lasso.h"
 
 namespace simplexseg {
 namespace {
@@ -164,12 +165,16 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   }
   for (UserPoint& point : scene.points) {
     if (point.id == 0) point.id = next++;
-    check_position(point.position_mm);
-    check_mark(point.kind, point.position_mm, volume);
-    check_path(point.kind, point.path_mm);
+    if (point.is_lasso()) {
+      update_lasso(point, volume);
+    } else {
+      check_position(point.position_mm);
+      check_mark(point.kind, point.position_mm, volume);
+      check_path(point.kind, point.path_mm);
+    }
     if (point.is_paint())
       check_paint(point);
-    else if (point.is_stroke())
+    else if (point.is_stroke() && !point.is_lasso())
       check_stroke(point.path_mm, point.radius_mm > 0 ? point.radius_mm : far_brush_radius_mm(volume.geometry()));
     if (!(point.radius_mm >= 0) || !std::isfinite(point.radius_mm) || !point.outward.allFinite())
       throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",

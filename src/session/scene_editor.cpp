@@ -13,6 +13,7 @@
 #include "forces/force_list.h"
 #include "session/edited_voxels.h"
 #include "session/free_attributes.h"
+#include "session/lasso.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
 #include "session/scene_checks.h"
@@ -48,6 +49,13 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
     box = prompt_of(command.box_mm, volume_);
     item.seed = {box->seed.position_mm, box->seed.radius_mm};
   }
+  std::optional<UserPoint> lasso;
+  if (!command.contour_mm.empty()) {
+    if (box) throw Error("segmentation '" + item.name + "'", "it starts from a box and a lasso", "give one of them");
+    lasso = new_lasso(MarkKind::Inside, command.contour_mm, command.contour_normal, item.id, true);
+    const Mark seed = seed_of_lasso(command.contour_mm, command.contour_normal, volume_.geometry());
+    item.seed = {seed.position_mm, seed.radius_mm};
+  }
   if (command.start && !command.start->mesh)
     throw Error("segmentation '" + item.name + "'", "its labels or mesh were not read", "read them first");
   item.start = command.start;
@@ -62,7 +70,11 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   restart(item, scene_.simulation, volume_);
   scene_.meshes.push_back(std::move(item));
   const ItemId added = scene_.meshes.back().id;
-  if (box) add_strokes(box->strokes, added, true, false);
+  if (box) add_strokes(box->strokes, added);
+  if (lasso) {
+    lasso->id = next_id_++;
+    scene_.points.push_back(std::move(*lasso));
+  }
   return {EngineUpdate::Meshes, added};
 }
 
@@ -79,15 +91,24 @@ void SceneEditor::remember_label(const MeshItem& item) {
   if (!taken) labels[item.name] = item.label;
 }
 
-void SceneEditor::add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues, bool local) {
+void SceneEditor::add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh) {
   for (const PromptStroke& stroke : strokes) {
     UserPoint point{next_id_++, mesh, stroke.path_mm.front(), stroke.kind, stroke.radius_mm};
     for (std::size_t p = 1; p < stroke.path_mm.size(); ++p)
       point.path_mm.emplace_back(stroke.path_mm[p] - point.position_mm);
-    point.continues = std::exchange(continues, true);
-    point.local = local;
+    point.continues = true;
     scene_.points.push_back(std::move(point));
   }
+}
+
+UserPoint SceneEditor::new_lasso(MarkKind kind, const std::vector<Eigen::Vector3d>& contour_mm,
+                                 const Eigen::Vector3d& normal, ItemId mesh, bool starts) {
+  if (volume_.empty()) throw Error("the lasso", "there is no volume", "open one first");
+  if (contour_mm.empty()) throw Error("the lasso", "it has fewer than three vertices", "draw around the part");
+  UserPoint lasso = lasso_of(mesh, kind, contour_mm, normal);
+  lasso.continues = starts;  // applied in the same update as the seed
+  update_lasso(lasso, volume_);
+  return lasso;
 }
 
 SceneChange SceneEditor::execute(const DeleteMesh& command) {
@@ -188,6 +209,13 @@ SceneChange SceneEditor::execute(const MovePoint& command) {
   UserPoint& point = point_of(command.point);
   if (point.voxels) throw Error("paint", "it is a set of voxels, which cannot move", "delete it and paint again");
   check_position(command.position_mm);
+  if (point.is_lasso()) {
+    UserPoint moved = point;
+    moved.position_mm = command.position_mm;
+    update_lasso(moved, volume_);
+    point = std::move(moved);
+    return {EngineUpdate::Points};
+  }
   check_mark(point.kind, command.position_mm, volume_);
   refuse_locked_paint(point);
   point.position_mm = command.position_mm;
@@ -199,6 +227,7 @@ SceneChange SceneEditor::execute(const ResizePoint& command) {
   if (point.kind == MarkKind::Boundary)
     throw Error("boundary point", "it marks a place on the surface and has no radius",
                 "change the range of the attraction force instead");
+  if (point.is_lasso()) throw Error("the lasso", "it is a contour and has no radius", "delete it and draw another one");
   check_radius(command.radius_mm);
   refuse_locked_paint(point);
   UserPoint resized = point;
@@ -215,13 +244,13 @@ SceneChange SceneEditor::execute(const ResizePoint& command) {
 
 SceneChange SceneEditor::execute(const AddLasso& command) {
   refuse_locked(item_of(command.mesh));
-  if (volume_.empty()) throw Error("the lasso", "there is no volume", "open one first");
-  check_path(command.kind, command.contour_mm);
-  if (!(std::abs(command.normal.norm() - 1) < 1e-6))
-    throw Error("the lasso", "its normal is not a unit vector", "correct the normal");
-  add_strokes(prompt_of_lasso(command.kind, command.contour_mm, command.normal, volume_.geometry()), command.mesh,
-              false, command.local);
-  return {EngineUpdate::Points};
+  UserPoint lasso = new_lasso(command.kind, command.contour_mm, command.normal, command.mesh, false);
+  lasso.local = command.local;
+  lasso.id = next_id_;
+  // Earlier versions added each stroke as a point: logs of them count an id for each.
+  next_id_ += static_cast<ItemId>(stroke_count(lasso));
+  scene_.points.push_back(std::move(lasso));
+  return {EngineUpdate::Points, scene_.points.back().id};
 }
 
 SceneChange SceneEditor::execute(const SetIntensityRange& command) {

@@ -64,9 +64,12 @@ class SceneEditor {
   void refuse_locked_paint(const UserPoint& point);
   /// Records the label of a mesh for its name (LabelNumbers), unless the name is one of "mesh 1", "mesh 2" ...
   void remember_label(const MeshItem& item);
-  /// Adds the strokes of a box or a lasso to a mesh. `continues`: whether the first is applied in the same update as
-  /// the prompt before it, like all others.
-  void add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh, bool continues, bool local);
+  /// Adds the strokes of a box to a mesh; they are applied in the same update as its seed.
+  void add_strokes(const std::vector<PromptStroke>& strokes, ItemId mesh);
+  /// Lasso of a mesh with its strokes, without an id. `starts`: the mesh starts from it. Throws Error for one that the
+  /// volume cannot have.
+  UserPoint new_lasso(MarkKind kind, const std::vector<Eigen::Vector3d>& contour_mm, const Eigen::Vector3d& normal,
+                      ItemId mesh, bool starts);
   UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point
   /// Measurement with this id; throws Error for an unknown one.
   Measurement& measurement_of(ItemId measurement);

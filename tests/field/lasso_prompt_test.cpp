@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "ellipsoid_scene.h"
+#include "field/field_subject.h"
 #include "image/plane_contour.h"
 #include "image/volume.h"
 
@@ -29,6 +31,19 @@ std::vector<Eigen::Vector3d> lobed(const Eigen::Vector3d& centre, double radius,
   return contour;
 }
 
+TEST(LassoPrompt, ContourIsNearerThanItsDistance) {
+  for (const int vertices : {3, 10, 400}) {
+    const PlaneContour plane(lobed({50, 50, 20}, 25, 3, vertices), {0.6, 0, 0.8});
+    for (int n = 0; n < 400; ++n) {
+      const Eigen::Vector3d at(n % 20 * 5, n / 20 * 5, 20);
+      const double distance = plane.distance_mm(at);
+      EXPECT_FALSE(plane.is_nearer_than(distance, at));
+      EXPECT_TRUE(plane.is_nearer_than(1.0001 * distance + 1e-9, at));
+      EXPECT_FALSE(plane.is_nearer_than(0.5 * distance, at));
+    }
+  }
+}
+
 TEST(LassoPrompt, LiesOnItsSideOfTheContour) {
   for (const int lobes : {0, 3, 5}) {
     const auto contour = lobed({50, 50, 20}, 25, lobes);
@@ -49,6 +64,17 @@ TEST(LassoPrompt, LiesOnItsSideOfTheContour) {
     EXPECT_GT(outside_mm, 2 * std::numbers::pi * 25 * 0.8) << "nearly closed around it";
     EXPECT_GT(inside_mm, 2 * std::numbers::pi * 23 * 0.8) << lobes;
   }
+}
+
+TEST(LassoPrompt, LeavesMoreSpaceAroundAStart) {
+  const auto contour = lobed({50, 50, 20}, 25, 0);
+  const PlaneContour plane(contour, {0, 0, 1});
+  for (const bool starts : {false, true})
+    for (const PromptStroke& stroke : prompt_of_lasso(MarkKind::Inside, contour, {0, 0, 1}, cube_of(100), starts))
+      for (const Eigen::Vector3d& at : stroke.path_mm)
+        if (stroke.kind == MarkKind::Outside) {
+          EXPECT_NEAR(plane.distance_mm(at), starts ? 5 : 2, 0.3);
+        }
 }
 
 TEST(LassoPrompt, FillsItsInterior) {
@@ -90,6 +116,40 @@ TEST(LassoPrompt, StaysInTheVolumeAndNeedsAnInterior) {
   EXPECT_THROW(prompt_of_lasso(MarkKind::Boundary, lobed({50, 50, 20}, 25, 0), {0, 0, 1}, volume), Error);
   const std::vector<Eigen::Vector3d> same(5, Eigen::Vector3d(50, 50, 20));
   EXPECT_THROW(prompt_of_lasso(MarkKind::Inside, same, {0, 0, 1}, volume), Error);
+}
+
+TEST(LassoSeed, LiesWhereTheContourIsFarthest) {
+  const VolumeGeometry volume = cube_of(100);
+  const Mark seed = seed_of_lasso(lobed({50, 40, 20}, 24, 0), {0, 0, 1}, volume);
+  EXPECT_LT((seed.position_mm - Eigen::Vector3d(50, 40, 20)).norm(), 0.2);
+  EXPECT_NEAR(seed.radius_mm, 0.4 * 24, 0.2);
+  // A large and a small square, joined by a narrow part.
+  const std::vector<Eigen::Vector3d> joined{{10, 10, 5}, {50, 10, 5}, {50, 29, 5}, {70, 29, 5},
+                                            {70, 25, 5}, {80, 25, 5}, {80, 35, 5}, {70, 35, 5},
+                                            {70, 31, 5}, {50, 31, 5}, {50, 50, 5}, {10, 50, 5}};
+  const Mark large = seed_of_lasso(joined, {0, 0, 1}, volume);
+  EXPECT_LT((large.position_mm - Eigen::Vector3d(30, 30, 5)).norm(), 1);
+  EXPECT_EQ(large.kind, MarkKind::Inside);
+  EXPECT_NEAR(seed_of_lasso(lobed({50, 40, 20}, 1.5, 0), {0, 0, 1}, volume).radius_mm, 1, 1e-9) << "at least a voxel";
+  EXPECT_THROW(seed_of_lasso(lobed({-80, 40, 20}, 24, 0), {0, 0, 1}, volume), Error);
+  EXPECT_THROW(seed_of_lasso(std::vector<Eigen::Vector3d>(2), {0, 0, 1}, volume), Error);
+}
+
+TEST(LassoSeed, StartsASegmentationAtLeastAsWellAsABall) {
+  const auto dice = [](const Scene& scene, bool lasso) {
+    FieldSubject<> subject(scene.image, run_serially());
+    RobotSettings settings;
+    settings.most_clicks = 0;
+    settings.starts_with_lasso = lasso;
+    settings.seed_scale = 0.8, settings.seed_offset = 0.2;  // the lasso has the noise of a hand, too
+    return run_robot(scene.truth, subject, settings, [](int, const Mask&) {}).at(0).agreement.dice;
+  };
+  for (const Scene& scene :
+       {ellipsoid(64, 1, {18, 18, 18}, 15), ellipsoid(64, 1, {26, 16, 12}, 15), ellipsoid(64, 3, {24, 18, 18}, 15)}) {
+    const double ball = dice(scene, false), contour = dice(scene, true);
+    EXPECT_GE(contour, ball - 0.005) << "ball " << ball;
+    EXPECT_GT(contour, 0.98);
+  }
 }
 
 }  // namespace

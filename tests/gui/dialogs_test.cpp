@@ -108,9 +108,10 @@ class DialogsTest : public PausedPhantomTest {
 
 TEST_F(DialogsTest, EachDialogOfAnActionIsClosedByEsc) {
   window_->panels().set_researcher(true);  // for Compare
-  const Act acts[] = {Act::Open,       Act::OpenFolder, Act::OpenReference,  Act::SaveScene,    Act::SaveSceneAs,
-                      Act::SaveLabels, Act::SaveMeshes, Act::MeshFromLabels, Act::MeshFromFile, Act::Screenshot,
-                      Act::Help,       Act::Messages,   Act::About,          Act::Compare,      Act::Archive};
+  const Act acts[] = {Act::Open,         Act::OpenFolder, Act::OpenReference, Act::SaveScene,
+                      Act::SaveSceneAs,  Act::SaveLabels, Act::SaveMeshes,    Act::MeshFromLabels,
+                      Act::MeshFromFile, Act::Screenshot, Act::Help,          Act::Messages,
+                      Act::About,        Act::Compare,    Act::Archive,       Act::ChangeKeys};
   for (const Act act : acts) {
     QAction* const action = window_->actions()[act];
     ASSERT_TRUE(action->isEnabled()) << binding_of(act).title;

@@ -113,22 +113,6 @@ TEST_F(PaintTest, ALassoPaintsWhatItEncloses) {
   EXPECT_EQ(scene().points.size(), strokes) << "a click encloses nothing";
 }
 
-TEST_F(PaintTest, ALassoOfMarksIsOneAction) {
-  press(Act::ToolInside);
-  press(Act::Lasso);
-  std::vector<QPointF> around;
-  for (int n = 0; n <= 12; ++n) around.push_back(pixel(15 * std::cos(n * 0.5), 15 * std::sin(n * 0.5)));
-  drag(axial(), around);
-  EXPECT_EQ(bench().session().undo_title(), std::string("add inside lasso"));
-  EXPECT_GE(scene().points.size(), 3u);
-  for (const UserPoint& point : scene().points) EXPECT_TRUE(point.is_stroke() && !point.is_paint());
-  press(Act::Undo);
-  EXPECT_TRUE(scene().points.empty());
-  drag(axial(), pixel(0, 0), pixel(0, 0));
-  ASSERT_EQ(scene().points.size(), 1u) << "a click is a point";
-  EXPECT_FALSE(scene().points[0].is_stroke());
-}
-
 TEST_F(PaintTest, TheSmartBrushStopsAtEdges) {
   press(Act::ToolBrush);
   press(Act::SmartBrush);

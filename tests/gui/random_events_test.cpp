@@ -58,7 +58,7 @@ class RandomEventsTest : public PausedPhantomTest {
     if (!*binding.keys) return;
     for (const Act act :
          {Act::Open, Act::OpenFolder, Act::SaveScene, Act::SaveSceneAs, Act::SaveLabels, Act::SaveMeshes,
-          Act::Screenshot, Act::Quit, Act::Help, Act::About, Act::Messages, Act::Archive})
+          Act::Screenshot, Act::Quit, Act::Help, Act::About, Act::Messages, Act::Archive, Act::ChangeKeys})
       if (binding.act == act) return;
     if (binding.act == Act::RefineMesh && vertices() > 5000) return;
     const QKeyCombination keys = QKeySequence(QString::fromLatin1(binding.keys))[0];

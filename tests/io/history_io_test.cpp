@@ -124,6 +124,9 @@ TEST_F(HistoryIo, ThirtyMixedActionsAreRestoredBitForBit) {
   session->apply(
       AddPoint{ball, {18, 0, 0}, MarkKind::Inside, 4, {0, 0, 0}, {{0, 3, 0}}, PaintBrush::ball(), VoxelEdit::Freeze});
   run(2);
+  const ItemId lasso = session->apply(
+      AddLasso{ball, MarkKind::Outside, {{25, 25, 1}, {29, 25, 1}, {29, 29, 1}, {25, 29, 1}}, {0, 0, 1}});
+  session->apply(MovePoint{lasso, {25.5, 25, 1}});
   const ItemId ruler = session->apply(AddMeasurement{MeasurementKind::Ruler, {{0, 0, 0}, {1.0 / 3, 4, 0}}, ""});
   session->apply(AddMeasurement{MeasurementKind::Ellipse, {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}}, "Ö"});
   for (int k = 1; k <= 3; ++k) session->apply(MoveMeasurement{ruler, {{0, 0, 0}, {5.0 / k, 4, 0}}, k > 1});

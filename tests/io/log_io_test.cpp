@@ -12,7 +12,7 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   std::mt19937 random(9);
   const SegmentCode code{{"SCT", "123037004", "Anatomical Structure"}, {"99X", "a b", "Ü"}, {"SCT", "7771000", "Left"}};
   std::vector<LogEntry> log = {
-      {0, AddMesh{"a \"quoted\" näme", {p, 10.0 / 3}, Colour{1, 2, 3}, 7}},
+      {0, AddMesh{"a \"quoted\" näme", {p, 10.0 / 3}, Colour{1, 2, 3}, 7, {}, {}, {}, {p, -p, 2 * p}, {0.6, 0, 0.8}}},
       {3, AddMesh{"", {p, 1}, std::nullopt, 0, std::nullopt, {p, -p, p, -p}, code}},
       {1, DeleteMesh{4}},
       {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12, true, 0.25f, code}},
@@ -67,6 +67,8 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
     EXPECT_EQ(a.colour, b.colour);
     EXPECT_EQ(a.like, b.like);
     EXPECT_EQ(a.box_mm, b.box_mm);
+    EXPECT_EQ(a.contour_mm, b.contour_mm);
+    EXPECT_EQ(a.contour_normal, b.contour_normal);
     EXPECT_EQ(a.code, b.code);
   }
   for (const std::size_t at : {3u, 4u}) {

@@ -145,7 +145,9 @@ inline Scene any_scene() {
        {PaintBrush::Shape::Voxels},
        false,
        VoxelEdit::Margin,
-       any_painted_voxels()}};
+       any_painted_voxels()},
+      {15, 3, {1, 2, 8}, MarkKind::Outside, 0, {0, 0, 0}, {{1.0 / 3, 0, 0}, {0, 1, 0}}}};
+  scene.points.back().lasso_normal = {0.6, 0, 0.8};
   scene.meshes[1].code = {
       {"SCT", "123037004", "Anatomical Structure"}, {"99X", "a b", "Ü"}, {"SCT", "7771000", "Left"}};
   scene.labels = {"abdomen", {{"Å \"b\"", 65535}, {"left", 1}}};

@@ -253,5 +253,40 @@ TEST_F(SceneIo, SetByPathSuggestsTheNearestName) {
   }
 }
 
+TEST_F(SceneIo, StrokesOfALassoOfEarlierVersionsAreRead) {
+  // Saved before a lasso was one item: each of its strokes is a point, and all but the first continue its update.
+  const Scene scene = read_text(scene_with(
+      R"("meshes": [{"name": "ball", "sphere": {"centre_mm": [0, 0, 0], "radius_mm": 8}}], "points": [
+         {"mesh": "ball", "position_mm": [14, 0, 0], "kind": "inside", "radius_mm": 1,
+          "path_mm": [[-1.1, 5.1, 0], [-8, 12.5, 0], [-18.2, 13.3, 0], [-26.2, 6.8, 0], [-27.5, -3.5, 0], [-21.4, -11.8, 0]]},
+         {"mesh": "ball", "position_mm": [10, 0, 0], "kind": "inside", "radius_mm": 2,
+          "path_mm": [[-2.8, 6.8, 0], [-16.3, 7.6, 0], [-18, -5.8, 0], [-4.7, -8.4, 0]], "continues": true},
+         {"mesh": "ball", "position_mm": [2, 0, 0], "kind": "inside", "radius_mm": 4,
+          "path_mm": [[-1.8, 1.9, 0], [-2.3, -1.9, 0]], "continues": true},
+         {"mesh": "ball", "position_mm": [18, 0, 0], "kind": "outside", "radius_mm": 1,
+          "path_mm": [[-1.4, 6.6, 0], [-10.5, 16.2, 0], [-23.6, 17, 0], [-33.8, 8.6, 0]], "continues": true}])"));
+  ASSERT_EQ(scene.points.size(), 4u);
+  for (const UserPoint& point : scene.points) {
+    EXPECT_TRUE(point.is_stroke());
+    EXPECT_FALSE(point.is_lasso());
+    EXPECT_EQ(point.continues, &point != &scene.points[0]);
+  }
+}
+
+TEST_F(SceneIo, ALassoKeepsItsContour) {
+  const std::string mesh = R"("meshes": [{"name": "a", "sphere": {"centre_mm": [0, 0, 0], "radius_mm": 8}}], )";
+  const auto with_normal = [&](const std::string& normal) {
+    return scene_with(
+        mesh + R"("points": [{"mesh": "a", "position_mm": [5, 0, 1], "kind": "outside", "path_mm": [[0, 5, 0], )" +
+        R"([-5, 5, 0]], "lasso_normal": )" + normal + "}]");
+  };
+  const Scene scene = read_text(with_normal("[0, 0, 1]"));
+  ASSERT_EQ(scene.points.size(), 1u);
+  EXPECT_TRUE(scene.points[0].is_lasso());
+  EXPECT_EQ(scene.points[0].vertices_mm().back(), Eigen::Vector3d(0, 5, 1));
+  EXPECT_NE(refusal(with_normal("[0, 0, 0]")).find("lasso_normal"), std::string::npos);
+  EXPECT_NE(refusal(with_normal("[0, 0]")).find("lasso_normal"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace simplexseg

@@ -48,6 +48,7 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
     EXPECT_EQ(before.points[p].brush, after.points[p].brush);
     EXPECT_EQ(before.points[p].edit, after.points[p].edit);
     EXPECT_EQ(before.points[p].continues, after.points[p].continues);
+    EXPECT_EQ(before.points[p].lasso_normal, after.points[p].lasso_normal);
     EXPECT_EQ(before.find_mesh(before.points[p].mesh)->name, after.find_mesh(after.points[p].mesh)->name);
     ASSERT_EQ(before.points[p].voxels != nullptr, after.points[p].voxels != nullptr);
     if (!before.points[p].voxels) continue;

@@ -371,5 +371,22 @@ def test_voxels_are_edited_and_frozen(session):
             mesh.edit_voxels("add", other=stranger)
     centre = np.asarray(mesh.mesh.centroid)
     square = [centre + offset for offset in ((-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0))]
-    mesh.add_lasso(square, normal=(0, 0, 1))
+    lasso = mesh.add_lasso(square, normal=(0, 0, 1))
     assert session.undo_title == "add inside lasso"
+    assert session.points[-1] == lasso and len(lasso.path) == 4 and lasso.normal == (0, 0, 1)
+    lasso.move(np.add(lasso.position, (1, 0, 0)))
+    assert np.allclose(lasso.path, np.add(square, (1, 0, 0)))
+    with pytest.raises(Error, match="no radius"):
+        lasso.resize(2)
+    lasso.delete()
+    assert lasso not in session.points
+    assert session.undo() and session.undo() and np.allclose(session.points[-1].path, square)
+
+
+def test_a_mesh_starts_from_a_lasso(session):
+    circle = [(6 * np.cos(angle), 6 * np.sin(angle), 0) for angle in np.linspace(0, 6, 24)]
+    mesh = session.add_mesh_from_lasso(circle, (0, 0, 1), "around")
+    assert session.undo_title == "add segmentation" and mesh.name == "around"
+    assert [point.kind for point in mesh.points] == ["inside"] and mesh.points[0].normal == (0, 0, 1)
+    with pytest.raises(Error, match="three vertices"):
+        session.add_mesh_from_lasso(circle[:2], (0, 0, 1))

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session_fixture.h"
+
+#include "session/lasso.h"
 #include "step/simulation_parameters.h"
 
 #include <cstring>

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "field/evidence_field.h"
 #include "forces/force_list.h"
+#include "session/lasso.h"
 #include "session/mesh_marks.h"
 #include "session_fixture.h"
 
@@ -154,9 +155,8 @@ TEST(Lasso, BringsTheSurfaceToItInOneUpdate) {
   const std::size_t before = session->history().undo_names().size();
   session->apply(AddLasso{mesh, MarkKind::Inside, circle, {0, 0, 1}});
   EXPECT_EQ(session->history().undo_names().size(), before + 1) << "one action";
-  const std::size_t points = session->scene().points.size();
-  EXPECT_GE(points, 3u);
-  for (std::size_t p = 1; p < points; ++p) EXPECT_TRUE(session->scene().points[p].continues);
+  ASSERT_EQ(session->scene().points.size(), 1u) << "one item";
+  EXPECT_GE(stroke_count(session->scene().points[0]), 3);
   const auto field = first_mesh(*session).field;
   session->advance_steps(800, true);
   EXPECT_NE(first_mesh(*session).field, field);
@@ -166,6 +166,75 @@ TEST(Lasso, BringsTheSurfaceToItInOneUpdate) {
   EXPECT_NE(refusal(*session, AddLasso{mesh, MarkKind::Inside, {{0, 0, 0}, {1, 0, 0}}, {0, 0, 1}}).find("three"),
             std::string::npos);
   EXPECT_NE(refusal(*session, AddLasso{mesh, MarkKind::Inside, circle, {0, 0, 2}}).find("unit"), std::string::npos);
+}
+
+std::vector<Eigen::Vector3d> circle_of(double radius_mm, const Eigen::Vector3d& centre_mm = {0, 0, 0}) {
+  std::vector<Eigen::Vector3d> circle;
+  for (int n = 0; n < 60; ++n)
+    circle.emplace_back(centre_mm + radius_mm * Eigen::Vector3d(std::cos(n * std::numbers::pi / 30),
+                                                                std::sin(n * std::numbers::pi / 30), 0));
+  return circle;
+}
+
+TEST(Lasso, IsMovedAndDeletedAsOneItem) {
+  const auto session = open_with_field();
+  const ItemId mesh = first_mesh(*session).id;
+  const ItemId lasso = session->apply(AddLasso{mesh, MarkKind::Inside, circle_of(12), {0, 0, 1}});
+  const std::vector<Mark> before = marks_of(session->scene(), first_mesh(*session), ball_image());
+  const UserPoint* point = session->scene().find_point(lasso);
+  ASSERT_NE(point, nullptr);
+  const Eigen::Vector3d start = point->position_mm, by(2, -1, 3);
+  session->apply(MovePoint{lasso, start + by});
+  const std::vector<Mark> after = marks_of(session->scene(), first_mesh(*session), ball_image());
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t m = 1; m < after.size(); ++m) {
+    EXPECT_LT((after[m].position_mm - before[m].position_mm - by).norm(), 1e-6);
+    EXPECT_EQ(after[m].link, before[m].link);
+  }
+  EXPECT_NE(refusal(*session, MovePoint{lasso, {500, 0, 0}}).find("encloses nothing"), std::string::npos);
+  EXPECT_NE(refusal(*session, ResizePoint{lasso, 3}).find("no radius"), std::string::npos);
+  session->apply(Undo{});
+  EXPECT_EQ(marks_of(session->scene(), first_mesh(*session), ball_image()), before);
+  session->apply(DeletePoint{lasso});
+  EXPECT_EQ(marks_of(session->scene(), first_mesh(*session), ball_image()).size(), 1u);
+  EXPECT_EQ(session->history().undo_names().back(), "delete inside lasso: ball");
+  session->apply(Undo{});
+  EXPECT_EQ(marks_of(session->scene(), first_mesh(*session), ball_image()), before);
+}
+
+TEST(Lasso, TakesTheIdsOfItsStrokesSoThatOldLogsCanBeReplayed) {
+  const auto session = open_with_field();
+  const ItemId mesh = first_mesh(*session).id;
+  const ItemId lasso = session->apply(AddLasso{mesh, MarkKind::Inside, circle_of(12), {0, 0, 1}});
+  const int strokes = stroke_count(*session->scene().find_point(lasso));
+  EXPECT_EQ(session->apply(AddPoint{mesh, {0, 0, 5}, MarkKind::Inside}), lasso + static_cast<ItemId>(strokes));
+}
+
+TEST(Lasso, StartsAMeshInOneCommandAndOneUpdate) {
+  const auto session = open_with_field();
+  session->apply(DeleteMesh{first_mesh(*session).id});
+  AddMesh start;
+  start.contour_mm = circle_of(20);
+  const ItemId mesh = session->apply(start);
+  const MeshItem& item = *session->scene().find_mesh(mesh);
+  EXPECT_LT(item.seed.centre_mm.norm(), 0.5);
+  ASSERT_EQ(session->scene().points.size(), 1u);
+  EXPECT_TRUE(session->scene().points[0].is_lasso());
+  EXPECT_TRUE(session->scene().points[0].continues) << "in the same update as the seed";
+  const std::vector<Mark> marks = marks_of(session->scene(), item, ball_image());
+  for (std::size_t m = 1; m < marks.size(); ++m) EXPECT_NE(marks[m].link, MarkLink::None) << "one update";
+  session->apply(Undo{});
+  EXPECT_TRUE(session->scene().meshes.empty() && session->scene().points.empty());
+  session->apply(Redo{});
+  EXPECT_EQ(session->scene().points.size(), 1u);
+  start.box_mm = start_of_box().box_mm;
+  start.name = "both";
+  EXPECT_NE(refusal(*session, start).find("a box and a lasso"), std::string::npos);
+  start.box_mm.clear();
+  start.contour_mm = circle_of(20, {500, 0, 0});
+  EXPECT_NE(refusal(*session, start).find("encloses nothing"), std::string::npos);
+  start.contour_mm.resize(2);
+  EXPECT_NE(refusal(*session, start).find("three"), std::string::npos);
 }
 
 }  // namespace

@@ -206,11 +206,15 @@ bool SceneBuffers::write_surfaces(Session& session) {
   return true;
 }
 
-bool SceneBuffers::write_outlines(Session& session, const ViewState& view, Orientation orientation) {
-  OutlineState& state = outlines_[static_cast<int>(orientation)];
+int SceneBuffers::slot_of(Orientation orientation, int neighbour) {
+  SIMPLEXSEG_EXPECT(neighbour >= -1 && neighbour <= 1);
+  return neighbour == 0 ? static_cast<int>(orientation) : neighbour < 0 ? 3 : 4;
+}
+
+bool SceneBuffers::write_outlines(Session& session, OutlineState& state, Orientation orientation, double position_mm) {
+  if (state.revision == session.revision() && state.orientation == orientation && state.position_mm == position_mm)
+    return false;
   const int axis = slice_axes(orientation, Convention::Radiological).normal;
-  const double position_mm = view.crosshair_mm[axis];
-  if (state.revision == session.revision() && state.position_mm == position_mm) return false;
   follow_topology(session);
   const std::size_t meshes = triangles_.size();
   allocate(state.buffer, outline_bytes(meshes, vertex_count_));
@@ -239,25 +243,33 @@ bool SceneBuffers::write_outlines(Session& session, const ViewState& view, Orien
     }
   }
   state.revision = session.revision();
+  state.orientation = orientation;
   state.position_mm = position_mm;
   return true;
 }
 
 void SceneBuffers::update_requested(Session& session, const ViewState& view) {
+  const VolumeGeometry& geometry = session.volume().geometry();
+  const auto position_mm = [&](int slot) {
+    const Orientation orientation = outlines_[slot].requested_orientation;
+    return slice_through_mm(view, geometry, orientation,
+                            slot < 3 ? 0 : 2 * slot - 7)[slice_axes(orientation, Convention::Radiological).normal];
+  };
   bool stale = surfaces_requested_ && revision_ != session.revision();
-  for (const Orientation orientation : kOrientations) {
-    const OutlineState& state = outlines_[static_cast<int>(orientation)];
-    const int axis = slice_axes(orientation, Convention::Radiological).normal;
-    stale = stale ||
-            (state.requested && (state.revision != session.revision() || state.position_mm != view.crosshair_mm[axis]));
+  for (int slot = 0; slot < kSliceSlots; ++slot) {
+    const OutlineState& state = outlines_[slot];
+    stale = stale || (state.requested &&
+                      (state.revision != session.revision() || state.orientation != state.requested_orientation ||
+                       state.position_mm != position_mm(slot)));
   }
   if (!stale) return;
   wait_for_readers();
   // Data that is not requested again before the next update is no longer visible.
   if (std::exchange(surfaces_requested_, false)) write_surfaces(session);
-  for (const Orientation orientation : kOrientations) {
-    if (std::exchange(outlines_[static_cast<int>(orientation)].requested, false))
-      write_outlines(session, view, orientation);
+  for (int slot = 0; slot < kSliceSlots; ++slot) {
+    OutlineState& state = outlines_[slot];
+    if (std::exchange(state.requested, false))
+      write_outlines(session, state, state.requested_orientation, position_mm(slot));
   }
   mark_written();
 }
@@ -269,20 +281,22 @@ void SceneBuffers::update_surfaces(Session& session, const ViewState& view) {
 }
 
 const SceneBuffers::Outlines& SceneBuffers::update_outlines(Session& session, const ViewState& view,
-                                                            Orientation orientation) {
-  OutlineState& state = outlines_[static_cast<int>(orientation)];
+                                                            Orientation orientation, int neighbour) {
+  OutlineState& state = outlines_[slot_of(orientation, neighbour)];
   state.requested = true;
+  state.requested_orientation = orientation;
   update_requested(session, view);
   state.requested = true;
   return state.outlines;
 }
 
-const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const ViewState& view,
-                                                      Orientation orientation) {
+const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const ViewState& view, Orientation orientation,
+                                                      int neighbour) {
   SIMPLEXSEG_EXPECT(!session.volume().empty());
   const VolumeGeometry& geometry = session.volume().geometry();
-  return draw_slice(slices_[static_cast<int>(orientation)], session, view,
-                    slice_grid(geometry, orientation, view.crosshair_mm, texels_per_voxel(geometry)));
+  return draw_slice(slices_[slot_of(orientation, neighbour)], session, view,
+                    slice_grid(geometry, orientation, slice_through_mm(view, geometry, orientation, neighbour),
+                               texels_per_voxel(geometry)));
 }
 
 const SceneBuffers::Slice& SceneBuffers::update_free_slice(Session& session, const ViewState& view,
@@ -386,8 +400,8 @@ const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, co
   return &field_;
 }
 
-std::vector<OutlineSegment> SceneBuffers::read_outline(Orientation orientation, int mesh) const {
-  const OutlineState& state = outlines_[static_cast<int>(orientation)];
+std::vector<OutlineSegment> SceneBuffers::read_outline(Orientation orientation, int mesh, int neighbour) const {
+  const OutlineState& state = outlines_[slot_of(orientation, neighbour)];
   OutlineCommand command;
   // Number of meshes when this slice was last drawn; the scene may have more meshes now.
   const auto drawn = static_cast<int>(state.outlines.segments_at / sizeof command);

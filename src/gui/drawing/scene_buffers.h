@@ -50,9 +50,10 @@ class SceneBuffers {
 
   /// Updates the surfaces to the current pose of the session.
   void update_surfaces(Session& session, const ViewState& view);
-  /// Slice through the crosshair. Drawn again only if its position, window, level or the engine has changed, or after
-  /// invalidate_slices(). Needs a volume.
-  const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation);
+  /// Slice through the crosshair, or a neighbour of it (slice_through_mm()). Drawn again only if its position, window,
+  /// level or the engine has changed, or after invalidate_slices(). Needs a volume. All views show the neighbours of
+  /// one orientation.
+  const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation, int neighbour = 0);
   /// Slice in any other plane, drawn again like those through the crosshair.
   const Slice& update_free_slice(Session& session, const ViewState& view, const SliceGrid& grid);
   void release_free_slice();
@@ -61,8 +62,8 @@ class SceneBuffers {
     unsigned buffer = 0;          ///< draw commands, then segments (step/display.h); 0 without meshes
     std::size_t segments_at = 0;  ///< offset of the segments, bytes
   };
-  /// Contours in the slice through the crosshair.
-  const Outlines& update_outlines(Session& session, const ViewState& view, Orientation orientation);
+  /// Contours in such a slice.
+  const Outlines& update_outlines(Session& session, const ViewState& view, Orientation orientation, int neighbour = 0);
   /// Field of the active mesh, for FieldPainter.
   struct Field {
     unsigned texture = 0;  ///< 3D, 16 bits per voxel, scaled as in FieldBox (forces/step_view.h)
@@ -76,7 +77,7 @@ class SceneBuffers {
   /// Buffer with a value (float) for each of points(), negative where unknown.
   unsigned values() const { return values_; }
   /// Reads back the segments of the last drawn contour of the mesh with index `mesh` in the scene.
-  std::vector<OutlineSegment> read_outline(Orientation orientation, int mesh) const;
+  std::vector<OutlineSegment> read_outline(Orientation orientation, int mesh, int neighbour = 0) const;
   /// Marks all slices as outdated, for a new volume.
   void invalidate_slices();
 
@@ -114,9 +115,14 @@ class SceneBuffers {
     Outlines outlines;
     Buffer buffer;
     std::uint64_t revision = ~std::uint64_t{0};
+    Orientation orientation = Orientation::Axial;
     double position_mm = 0;
     bool requested = false;
+    Orientation requested_orientation = Orientation::Axial;
   };
+  static constexpr int kSliceSlots = 5;
+  /// Index of the buffers of a slice: of the three through the crosshair, then of the previous and the next one.
+  static int slot_of(Orientation orientation, int neighbour);
   static void release(Buffer& buffer);
   static void allocate(Buffer& buffer, std::size_t bytes);
   void connect(Buffer& buffer, Session& session);
@@ -124,7 +130,7 @@ class SceneBuffers {
   static void release(SliceState& state);
   const Slice& draw_slice(SliceState& state, Session& session, const ViewState& view, const SliceGrid& grid);
   bool write_surfaces(Session& session);
-  bool write_outlines(Session& session, const ViewState& view, Orientation orientation);
+  bool write_outlines(Session& session, OutlineState& state, Orientation orientation, double position_mm);
   void follow_topology(Session& session);
   void rebuild_topology(Session& session);
   void wait_for_readers();
@@ -143,8 +149,8 @@ class SceneBuffers {
   std::uint64_t revision_ = ~std::uint64_t{0}, topology_ = ~std::uint64_t{0};
   std::size_t vertex_count_ = 0;
   bool surfaces_requested_ = false;
-  SliceState slices_[3], free_slice_;
-  OutlineState outlines_[3];
+  SliceState slices_[kSliceSlots], free_slice_;  ///< the first by slot_of()
+  OutlineState outlines_[kSliceSlots];
   Field field_;
   std::shared_ptr<const MeshField> shown_field_;  ///< contents of the texture; null: no texture
   std::vector<DisplayPoint> host_points_;         ///< staging memory of the upload

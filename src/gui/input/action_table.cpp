@@ -2,22 +2,30 @@
 #include "gui/input/action_table.h"
 
 #include <QAction>
-#include <QKeySequence>
 #include <QWidget>
+
+#include "gui/input/key_map.h"
+#include "gui/look/widgets.h"
 
 namespace simplexseg {
 
 ActionTable::ActionTable(QWidget& window) : QObject(&window) {
   for (const Binding& binding : bindings()) {
     if (binding.where != Where::Everywhere) continue;
-    const QKeySequence keys(QString::fromLatin1(binding.keys));
     auto* action = new QAction(QString::fromUtf8(binding.title), this);
-    action->setShortcut(keys);
-    action->setToolTip(
-        QString("%1 (%2)").arg(QString::fromUtf8(binding.help), keys.toString(QKeySequence::NativeText)));
     action->setStatusTip(QString::fromUtf8(binding.help));
     window.addAction(action);
     actions_.emplace(binding.act, action);
+  }
+  show_keys();
+  connect(&KeyMap::shared(), &KeyMap::changed, this, &ActionTable::show_keys);
+}
+
+void ActionTable::show_keys() {
+  for (const auto& [act, action] : actions_) {
+    const QString help = QString::fromUtf8(binding_of(act).help), key = key_text(act);
+    action->setShortcut(KeyMap::shared().keys().key_of(act));
+    set_tool_tip(action, key.isEmpty() ? help : QString("%1 (%2)").arg(help, key));
   }
 }
 

@@ -11,7 +11,7 @@ class QWidget;
 
 namespace simplexseg {
 
-/// Menu entries: one QAction for every act of scope Everywhere.
+/// Menu entries: one QAction for every act of scope Everywhere, with the present keys (KeyMap).
 class ActionTable : public QObject {
  public:
   /// `window`: window in which the shortcuts are active.
@@ -23,6 +23,8 @@ class ActionTable : public QObject {
   void on_toggle(Act act, std::function<void(bool)> handler);
 
  private:
+  void show_keys();
+
   std::map<Act, QAction*> actions_;
 };
 

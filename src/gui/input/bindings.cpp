@@ -5,6 +5,8 @@
 #include <QKeySequence>
 #include <algorithm>
 
+#include "gui/input/key_map.h"
+
 namespace simplexseg {
 namespace {
 
@@ -106,7 +108,7 @@ const Binding kBindings[] = {
     {Act::ToolOutside, kEverywhere, "6", Mouse::None, {}, "&Outside point",
      "Tool: a click marks what does not belong to the structure, a drag draws an outside stroke or moves a point"},
     {Act::ToolBox, kEverywhere, "7", Mouse::None, {}, "New segmentation from a bo&x",
-     "Tool: left drag draws a box around the structure in a slice, from which a segmentation starts"},
+     "Tool: left drag draws a box around the structure in a slice, or with Lasso a contour; a segmentation starts from it"},
     {Act::ToolBrush, kEverywhere, "B", Mouse::None, {}, "Pa&int",
      "Tool: paint voxels, which belong to the structure from then on"},
     {Act::ToolEraser, kEverywhere, "E", Mouse::None, {}, "&Erase",
@@ -116,7 +118,7 @@ const Binding kBindings[] = {
     {Act::Brush3d, kEverywhere, "T", Mouse::None, {}, "Brush in &three dimensions",
      "The brush is a ball, and the lasso cuts through the volume; otherwise both act in the slice"},
     {Act::Lasso, kEverywhere, "Q", Mouse::None, {}, "&Lasso",
-     "Paint, erase, freeze and mark what a drag encloses, instead of what lies under it"},
+     "Paint, erase, freeze and mark what a drag encloses, instead of what lies under it; the tool of the box starts from it"},
     {Act::SmartBrush, kEverywhere, "Y", Mouse::None, {}, "Stop at ed&ges",
      "Paint and erase only voxels with the intensities along the stroke"},
     {Act::LocalMarks, kEverywhere, "J", Mouse::None, {}, "Correct only near &marks",
@@ -213,6 +215,7 @@ const Binding kBindings[] = {
     {Act::Researcher, kEverywhere, "Ctrl+Shift+R", Mouse::None, {}, "&Researcher's layout",
      "Add forces, simulation, computations of a step, residuals, and the actions for them"},
     {Act::Help, kEverywhere, "F1", Mouse::None, {}, "&Keys and gestures", "Show this table"},
+    {Act::ChangeKeys, kEverywhere, "Ctrl+K", Mouse::None, {}, "&Change keys...", "Give actions and tools other keys"},
     {Act::Messages, kEverywhere, "F2", Mouse::None, {}, "&Messages", "Show all messages since the program started"},
     {Act::About, kEverywhere, "Shift+F1", Mouse::None, {}, "&About SimplexSeg",
      "Show the version and the computing device"},
@@ -250,13 +253,8 @@ std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modif
 }
 
 std::optional<Act> key_in(Where where, const QKeyEvent& event) {
-  const QKeySequence pressed(static_cast<int>(event.modifiers() & ~Qt::KeypadModifier) | event.key());
-  for (const Binding& binding : kBindings) {
-    if (binding.where == where && *binding.keys && QKeySequence(QString::fromLatin1(binding.keys)) == pressed) {
-      return binding.act;
-    }
-  }
-  return std::nullopt;
+  const std::optional<Act> act = KeyMap::shared().keys().act_with(key_of_event(event));
+  return act && binding_of(*act).where == where ? act : std::nullopt;
 }
 
 }  // namespace simplexseg

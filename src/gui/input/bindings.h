@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Table of key and mouse bindings, used by the menus, the views and the help.
 #pragma once
+#include <QObject>
 #include <Qt>
 #include <optional>
 #include <span>
@@ -8,6 +9,8 @@
 class QKeyEvent;
 
 namespace simplexseg {
+
+Q_NAMESPACE
 
 // clang-format off
 enum class Act {
@@ -19,10 +22,11 @@ enum class Act {
   ShowMeshes, ShowFill, ShowField, ShowAxes, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ClipAxial, ClipSagittal, ClipCoronal, ClipFree, FlipAxial, FlipSagittal, FlipCoronal, FlipFree, FaceFreePlane, ImageOnCaps, VolumeShaded, VolumeMaximum,
   ShowPanels, ShowSteps, Researcher,
-  Help, Messages, About,
+  Help, ChangeKeys, Messages, About,
   CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,
   MoveCrosshair, AddPoint, AddInside, AddOutside, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, BrushSize, PointReach, PointStrength, FollowMouse, Maximise, Rotate
 };
+Q_ENUM_NS(Act)  // files of keys contain the names
 // clang-format on
 
 /// Scope of a binding. Bindings of scope Everywhere are menu entries.
@@ -33,7 +37,7 @@ enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, Wh
 struct Binding {
   Act act;
   Where where;
-  const char* keys;  ///< key in the syntax of QKeySequence; "" for mouse gestures
+  const char* keys;  ///< default key in the syntax of QKeySequence; "" for mouse gestures
   Mouse mouse;
   Qt::KeyboardModifiers modifiers;  ///< keys held during the mouse gesture
   const char* title;                ///< text of the menu entry; "" if there is none
@@ -45,7 +49,7 @@ std::span<const Binding> bindings();
 const Binding& binding_of(Act act);
 /// Heading of the scope in the help.
 const char* where_name(Where where);
-/// Act bound to a mouse gesture or a key in a scope; none if nothing is bound.
+/// Act bound to a mouse gesture, or to a key (KeyMap) in a scope; none if nothing is bound.
 std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modifiers);
 std::optional<Act> key_in(Where where, const QKeyEvent& event);
 

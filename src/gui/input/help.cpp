@@ -3,19 +3,22 @@
 
 #include <QDialog>
 #include <QDialogButtonBox>
-#include <QKeySequence>
 #include <QMessageBox>
 #include <QTextBrowser>
 #include <QVBoxLayout>
 
 #include "gui/input/bindings.h"
+#include "gui/input/key_map.h"
 #include "gui/look/widgets.h"
 
 namespace simplexseg {
 namespace {
 
 QString trigger_text(const Binding& binding) {
-  if (*binding.keys) return QKeySequence(QString::fromLatin1(binding.keys)).toString(QKeySequence::NativeText);
+  if (*binding.keys) {
+    const QString key = key_text(binding.act);
+    return key.isEmpty() ? QObject::tr("no key") : key;
+  }
   QString text;
   if (binding.modifiers & Qt::ControlModifier) text += "Ctrl + ";
   if (binding.modifiers & Qt::ShiftModifier) text += "Shift + ";

@@ -6,7 +6,9 @@
 #include <QPixmap>
 #include <optional>
 
+#include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
+#include "session/lasso.h"
 
 namespace simplexseg {
 
@@ -34,6 +36,9 @@ QString title_of(const UserPoint& point) {
     return point.kind == MarkKind::Inside ? QCoreApplication::translate("Points", "Paint")
                                           : QCoreApplication::translate("Points", "Eraser");
   const QString kind = title_of(point.kind);
+  if (point.is_lasso())
+    return QCoreApplication::translate("Points", "Lasso, %1, %2")
+        .arg(kind.toLower(), counted_text(stroke_count(point), "stroke"));
   return point.is_stroke() ? QCoreApplication::translate("Points", "%1 stroke").arg(kind) : kind;
 }
 QString title_of(VoxelEdit edit) {

@@ -12,7 +12,8 @@ namespace simplexseg {
 
 /// Title of a kind: "Boundary", "Inside" or "Outside".
 QString title_of(MarkKind kind);
-/// Title of the kind, and whether it is a stroke or paint: "Inside", "Inside stroke", "Paint", "Eraser".
+/// Title of the kind, and whether it is a stroke, lasso or paint: "Inside", "Inside stroke", "Lasso, inside, 14
+/// strokes", "Paint", "Eraser".
 QString title_of(const UserPoint& point);
 /// Sign on a point's handle, which distinguishes the kinds without colour.
 enum class Glyph { Plain, Plus, Minus };

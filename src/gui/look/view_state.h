@@ -65,6 +65,7 @@ struct ViewState {
   ItemId active_mesh = 0;                               ///< 0: none
   ItemId selected_point = 0;
   ItemId hovered_point = 0;  ///< point under the mouse; 0: none
+  int neighbour_step = 1;    ///< distance of neighbouring slices from the slice through the crosshair, slices
   bool show_axes = false;    ///< long and short axis of the visible meshes in the slices
   std::shared_ptr<const std::map<ItemId, ObjectAxes>> object_axes;  ///< axes, as measured last; null: not measured
   ItemId hovered_measurement = 0;
@@ -72,5 +73,10 @@ struct ViewState {
   /// Selected measurement; 0: none, also while a point is selected.
   ItemId selected_measurement() const { return selected_point ? 0 : last_measurement; }
 };
+
+/// Point in a shown slice, mm: the crosshair, or its neighbour along the normal by neighbour_step slices. `neighbour`:
+/// 0 the slice through the crosshair, -1 the previous one, 1 the next one; it can lie outside the volume.
+Eigen::Vector3d slice_through_mm(const ViewState& view, const VolumeGeometry& geometry, Orientation orientation,
+                                 int neighbour);
 
 }  // namespace simplexseg

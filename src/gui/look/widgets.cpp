@@ -13,9 +13,10 @@
 
 namespace simplexseg {
 namespace {
+constexpr const char* kSavedTip = "tooltip_when_enabled";
+
 template <class Control>
 void set_enabled_of(Control* control, bool enabled, const QString& why_not) {
-  constexpr const char* kSavedTip = "tooltip_when_enabled";
   if (!control->property(kSavedTip).isValid()) control->setProperty(kSavedTip, control->toolTip());
   control->setEnabled(enabled);
   const QString tip = enabled ? control->property(kSavedTip).toString() : why_not;
@@ -25,6 +26,12 @@ void set_enabled_of(Control* control, bool enabled, const QString& why_not) {
 
 void set_enabled(QWidget* control, bool enabled, const QString& why_not) { set_enabled_of(control, enabled, why_not); }
 void set_enabled(QAction* action, bool enabled, const QString& why_not) { set_enabled_of(action, enabled, why_not); }
+
+void set_tool_tip(QAction* action, const QString& tip) {
+  const bool saved = action->property(kSavedTip).isValid();
+  if (saved) action->setProperty(kSavedTip, tip);
+  if (!saved || action->isEnabled()) action->setToolTip(tip);
+}
 
 void set_role(QWidget* widget, const char* role) {
   if (widget->property("role").toString() == QLatin1String(role)) return;

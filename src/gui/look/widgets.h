@@ -17,6 +17,8 @@ void set_enabled(QAction* action, bool enabled, const QString& why_not);
 
 /// Small square of one colour; `active`: with a rim in the text colour.
 QIcon swatch(const Colour& colour, bool active = false);
+/// Sets the tool tip that an entry has while it is enabled.
+void set_tool_tip(QAction* action, const QString& tip);
 /// Sets a style of the theme: "dim", "small" or "warning" for labels, "flat" or "raised" for buttons, "title" for
 /// fields, "" for the default.
 void set_role(QWidget* widget, const char* role);

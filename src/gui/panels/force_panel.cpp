@@ -14,6 +14,7 @@
 #include <algorithm>
 
 #include "core/expect.h"
+#include "gui/input/key_map.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
 #include "gui/panels/parameter_help.h"
@@ -135,8 +136,8 @@ void ForcePanel::refresh() {
   const MeshItem* mesh = workbench_.active_mesh();
   title_->setText(mesh ? tr("Forces on <b>%1</b>").arg(QString::fromStdString(mesh->name).toHtmlEscaped())
                        : tr("Forces"));
-  const QString why =
-      tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
+  const QString why = tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (%1)")
+                          .arg(key_hint(Act::ToolSeed));
   set_enabled(all_meshes_, mesh, why);
   for (Section& section : sections_) {
     const ForceParameters& parameters = mesh ? mesh->parameters : workbench_.scene().forces;

@@ -8,6 +8,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "gui/input/key_map.h"
 #include "gui/look/number_box.h"
 #include "gui/look/widgets.h"
 #include "gui/panels/mesh_card.h"
@@ -61,7 +62,15 @@ void MeshPanel::build_list() {
   column_ = new QVBoxLayout(list_);
   column_->setContentsMargins(0, 0, 4, 0);
   column_->setSpacing(4);
-  empty_ = new QLabel(tr("None yet. Press 4 and drag in a slice from the centre of a structure to its edge."), list_);
+  empty_ = new QLabel(list_);
+  const auto show_keys = [this] {
+    empty_->setText(
+        tr("None yet: choose the tool New segmentation (%1) and drag in a slice from the centre of a structure "
+           "to its edge.")
+            .arg(key_hint(Act::ToolSeed)));
+  };
+  show_keys();
+  connect(&KeyMap::shared(), &KeyMap::changed, this, show_keys);
   empty_->setWordWrap(true);
   set_role(empty_, "dim");
   column_->addWidget(empty_);

@@ -82,7 +82,11 @@ void PointPanel::refresh() {
       row->setIcon(0, swatch(item->colour));
       row->setIcon(1, handle_icon(point.kind, item->colour));
     }
-    row->setText(1, title_of(point));
+    // The number of strokes on a second line leaves space for the name of the segmentation.
+    QString kind = title_of(point);
+    row->setToolTip(1, kind);
+    if (point.is_lasso()) kind.replace(kind.lastIndexOf(", "), 2, "\n");
+    row->setText(1, kind);
     for (int axis = 0; axis < 3; ++axis) {
       row->setText(2 + axis, QString::number(point.position_mm[axis], 'f', decimals));
       row->setTextAlignment(2 + axis, Qt::AlignRight | Qt::AlignVCenter);

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "gui/input/key_map.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
@@ -32,7 +33,8 @@ QString PresetMenu::folder() {
 void PresetMenu::fill() {
   clear();
   const QString no_mesh =
-      tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
+      tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (%1)")
+          .arg(key_hint(Act::ToolSeed));
   const auto add = [&](const QString& text, const QString& tip, auto&& act) {
     QAction* entry = addAction(text, this, act);
     entry->setToolTip(tip);

@@ -27,11 +27,12 @@ bool DrawnScene::surface_values() {
          coloured;
 }
 
-const SceneBuffers::Outlines* DrawnScene::outlines(Orientation orientation) {
+const SceneBuffers::Outlines* DrawnScene::outlines(Orientation orientation, int neighbour) {
   SIMPLEXSEG_EXPECT(workbench_.has_volume());
   const SceneBuffers::Outlines* outlines = nullptr;
-  const bool drawn = update_buffers(
-      [&](Session& session) { outlines = &buffers_.update_outlines(session, workbench_.view, orientation); });
+  const bool drawn = update_buffers([&](Session& session) {
+    outlines = &buffers_.update_outlines(session, workbench_.view, orientation, neighbour);
+  });
   return drawn ? outlines : nullptr;
 }
 
@@ -40,11 +41,11 @@ const PointSprings& DrawnScene::springs() {
   return springs_;
 }
 
-const SceneBuffers::Slice* DrawnScene::slice(Orientation orientation) {
+const SceneBuffers::Slice* DrawnScene::slice(Orientation orientation, int neighbour) {
   SIMPLEXSEG_EXPECT(workbench_.has_volume());
   const SceneBuffers::Slice* slice = nullptr;
-  const bool drawn =
-      update_buffers([&](Session& session) { slice = &buffers_.update_slice(session, workbench_.view, orientation); });
+  const bool drawn = update_buffers(
+      [&](Session& session) { slice = &buffers_.update_slice(session, workbench_.view, orientation, neighbour); });
   return drawn ? slice : nullptr;
 }
 

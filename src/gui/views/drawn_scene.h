@@ -29,12 +29,13 @@ class DrawnScene : public QObject {
   const SceneBuffers* surfaces();
   /// Updates the values of ViewState::surface_values; call it after surfaces(). Returns false if there are no values.
   bool surface_values();
-  /// Contours of the surfaces in the slice through the crosshair. Needs a volume.
-  const SceneBuffers::Outlines* outlines(Orientation orientation);
+  /// Contours of the surfaces in the slice through the crosshair or a neighbour of it (slice_through_mm()). Needs a
+  /// volume.
+  const SceneBuffers::Outlines* outlines(Orientation orientation, int neighbour = 0);
   /// Boundary points and the vertices that they pull; empty while the positions are not read back.
   const PointSprings& springs();
-  /// Slice through the crosshair. Needs a volume.
-  const SceneBuffers::Slice* slice(Orientation orientation);
+  /// Such a slice. Needs a volume.
+  const SceneBuffers::Slice* slice(Orientation orientation, int neighbour = 0);
   /// Slice in any other plane; without a grid, releases it and returns null. Needs a volume.
   const SceneBuffers::Slice* free_slice(const std::optional<SliceGrid>& grid);
   /// Field of the active mesh; null while no field is shown.

@@ -32,7 +32,8 @@ QString wheel_text(const char* text) { return QCoreApplication::translate("Point
 }  // namespace
 
 bool PointWheel::handles(ItemId point) const {
-  return point != 0 && !(other_use_.isValid() && other_use_.elapsed() < kOtherUseMs);
+  const UserPoint* item = workbench_.scene().find_point(point);
+  return item && !item->is_lasso() && !(other_use_.isValid() && other_use_.elapsed() < kOtherUseMs);
 }
 
 void PointWheel::turn(ItemId point, const QWheelEvent& event, bool slices) {
@@ -80,6 +81,7 @@ QString point_text(const Workbench& workbench, ItemId point) {
   const UserPoint* item = workbench.scene().find_point(point);
   const MeshItem* mesh = item ? workbench.scene().find_mesh(item->mesh) : nullptr;
   if (!mesh) return {};
+  if (item->is_lasso()) return title_of(*item);
   if (item->kind != MarkKind::Boundary)
     return wheel_text(item->is_stroke() ? "%1, radius %2" : "%1 mark, radius %2")
         .arg(title_of(*item), text(length_text(item->radius_mm)));

@@ -11,12 +11,15 @@ namespace simplexseg {
 QString slice_title(const Workbench& workbench, const SliceView& view) {
   const char* names[] = {"x", "y", "z"};
   const VolumeGeometry& geometry = workbench.session().volume().geometry();
-  const SliceNumber slice = slice_number(geometry, view.orientation(), workbench.view.crosshair_mm);
+  const SliceNumber slice = slice_number(geometry, view.orientation(), view.through_mm());
   const QString title = title_of(view.orientation());
+  const WorldBox box = world_box(geometry);
+  const int normal = view.axes().normal;
+  if (view.slice_mm() < box.low_mm[normal] || view.slice_mm() > box.high_mm[normal])
+    return SliceView::tr("%1: outside the image").arg(title);
   const QString number = QString("%1  %2 / %3").arg(title).arg(slice.number).arg(slice.count);
-  QString all = QString("%1   %2 = %3 mm")
-                    .arg(number, names[view.axes().normal])
-                    .arg(view.slice_mm(), 0, 'f', position_decimals(geometry));
+  QString all =
+      QString("%1   %2 = %3 mm").arg(number, names[normal]).arg(view.slice_mm(), 0, 'f', position_decimals(geometry));
   // The text must not reach the letter of the patient's side at the middle of the upper edge.
   const auto fits = [&view](const QString& line) {
     constexpr double kBold = 1.15;

@@ -82,6 +82,8 @@ ItemId mesh_in_slice(Workbench& workbench, const SliceView& view, const QPointF&
 std::vector<Eigen::Vector3f> lines_in_slice(const Workbench& workbench, const SliceView& view, const UserPoint& point) {
   std::vector<Eigen::Vector3f> ends;
   if (!point.is_stroke()) return ends;
+  // In a slice across it, nothing but two places would be visible.
+  if (point.is_lasso() && std::abs(point.lasso_normal[view.axes().normal]) < 0.9) return ends;
   const std::vector<Eigen::Vector3d> vertices = point.vertices_mm();
   const double near_mm = std::max(point.radius_mm, 0.5 * workbench.session().volume().geometry().spacing_mm.maxCoeff());
   for (std::size_t p = 1; p < vertices.size(); ++p) {
@@ -89,6 +91,10 @@ std::vector<Eigen::Vector3f> lines_in_slice(const Workbench& workbench, const Sl
       continue;
     ends.push_back(vertices[p - 1].cast<float>());
     ends.push_back(vertices[p].cast<float>());
+  }
+  if (point.is_lasso() && point.id != 0 && !ends.empty()) {  // closed, unless it is being drawn
+    ends.push_back(vertices.back().cast<float>());
+    ends.push_back(vertices.front().cast<float>());
   }
   return ends;
 }

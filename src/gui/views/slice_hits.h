@@ -16,7 +16,7 @@ ItemId point_in_slice(const Workbench& workbench, const SliceView& view, const Q
 /// Mesh with the nearest contour within 8 logical pixels, else a mesh that contains the position; 0 if there is none.
 ItemId mesh_in_slice(Workbench& workbench, const SliceView& view, const QPointF& pixel);
 
-/// Segments of a stroke near the slice, mm: start, end, start, end ...; none for a point.
+/// Segments of a stroke near the slice, or of a lasso drawn in it, mm: start, end, start, end ...; none for a point.
 std::vector<Eigen::Vector3f> lines_in_slice(const Workbench& workbench, const SliceView& view, const UserPoint& point);
 
 double pixel_length(const QPointF& offset);

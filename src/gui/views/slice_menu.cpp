@@ -4,7 +4,7 @@
 #include <QMenu>
 #include <tuple>
 
-#include "gui/input/bindings.h"
+#include "gui/input/key_map.h"
 #include "gui/views/measure_tool.h"
 #include "gui/views/slice_hits.h"
 #include "gui/views/slice_view.h"
@@ -29,10 +29,11 @@ void show_slice_menu(Workbench& workbench, SliceView& view, MeasureTool& measure
       {MarkKind::Outside, SliceView::tr("Outside point here: does not belong to the structure"), Act::AddOutside}};
   for (const auto& [kind, text, act] : kinds) {
     QAction* add = menu.addAction(text, [&, kind = kind] { add_point(kind); });
-    add->setShortcut(QKeySequence(QString::fromLatin1(binding_of(act).keys)));
+    if (has_key(act)) add->setShortcut(KeyMap::shared().keys().key_of(act));
     if (!workbench.active_mesh()) {
       add->setEnabled(false);
-      add->setToolTip(SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
+      add->setToolTip(
+          SliceView::tr("A point needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
     }
   }
   if (const MeshItem* item = workbench.scene().find_mesh(mesh); item && mesh != workbench.view.active_mesh) {

@@ -17,7 +17,7 @@ void SliceView::draw_paint(const Projection& projection) {
     if (!outline.frozen.empty()) line_painter_.draw(projection, outline.frozen, rgba_of(theme::kFrozen), width_px);
   };
   const VolumeGeometry& geometry = workbench_.session().volume().geometry();
-  const SliceGrid grid = slice_grid(geometry, orientation_, workbench_.view.crosshair_mm);
+  const SliceGrid grid = slice_grid(geometry, orientation_, through_mm());
   const double spacing_mm = slice_spacing_mm(geometry)[axes().normal];
   if (workbench_.view.show_meshes) draw(paint_layer_.in_slice(workbench_.scene(), grid, spacing_mm), 1.2f);
   const std::optional<UserPoint>& stroke = tools_.stroke();

@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "gui/input/bindings.h"
+#include "gui/input/key_map.h"
 #include "gui/views/slice_hits.h"
 #include "gui/views/slice_menu.h"
 #include "gui/views/slice_view.h"
@@ -93,6 +93,9 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     drag_ = Drag::Pan;
   } else if (view.tool == Tool::Seed) {
     begin_seed(view_.world_of(pixel));
+  } else if (view.lasso && (view.tool == Tool::Box || (view.tool == Tool::Inside && !workbench_.active_mesh()))) {
+    drag_ = Drag::Stroke;
+    stroke_tool_.begin_start(view_.world_of(pixel), Eigen::Vector3d::Unit(view_.axes().normal));
   } else if (draws_box(view.tool)) {
     drag_ = Drag::Box;
   } else if (under) {
@@ -110,13 +113,15 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
       begin_stroke(pixel, *kind);
   } else {
     drag_ = Drag::Crosshair;
-    workbench_.set_crosshair(view_.world_of(pixel));
+    workbench_.set_crosshair(view_.crosshair_at(pixel));
   }
 }
 
 bool SliceTools::require_active_mesh() {
   if (workbench_.active_mesh()) return true;
-  workbench_.notify(Severity::Warning, SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
+  workbench_.notify(
+      Severity::Warning,
+      SliceView::tr("A point needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
   return false;
 }
 
@@ -251,11 +256,11 @@ void SliceTools::move(const QMouseEvent& event) {
       hover(here, event.modifiers());
       if (event.buttons() == Qt::NoButton &&
           gesture(Where::Slices, Mouse::Move, event.modifiers()) == Act::FollowMouse) {
-        workbench_.set_crosshair(view_.world_of(here));
+        workbench_.set_crosshair(view_.crosshair_at(here));
       }
       break;
     case Drag::Crosshair:
-      workbench_.set_crosshair(view_.world_of(here));
+      workbench_.set_crosshair(view_.crosshair_at(here));
       break;
     case Drag::Grab:
       // The drag starts only when the mouse moves, because a click on the contour moves the crosshair.
@@ -301,8 +306,8 @@ void SliceTools::release(const QMouseEvent& event) {
   drag_ = Drag::None;
   if (ended == Drag::Seed) finish_seed();
   if (ended == Drag::Measurement) measure_tool_.release(event.position(), moved_);
-  if (ended == Drag::Stroke) stroke_tool_.finish();
-  if (ended == Drag::Grab) workbench_.set_crosshair(view_.world_of(press_));
+  if (ended == Drag::Stroke && stroke_tool_.finish()) end_start();
+  if (ended == Drag::Grab) workbench_.set_crosshair(view_.crosshair_at(press_));
   if (ended == Drag::WindowLevel) {
     workbench_.view.window_level_armed = false;
     workbench_.view_edited();

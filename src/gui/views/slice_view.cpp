@@ -23,15 +23,21 @@
 #include "session/paint.h"
 
 namespace simplexseg {
+namespace {
+
+/// Whether a tool that does not paint draws a lasso while ViewState::lasso is on.
+bool draws_lasso(Tool tool) { return tool == Tool::Inside || tool == Tool::Outside || tool == Tool::Box; }
+
+}  // namespace
 
 double handle_opacity(double distance_mm) {
   constexpr double kFarthest = 12;
   return distance_mm >= kFarthest ? 0 : 0.15 + 0.85 * (1 - distance_mm / kFarthest) * (1 - distance_mm / kFarthest);
 }
 
-SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent)
-    : View(workbench, drawn, parent), orientation_(orientation), tools_(workbench, *this) {
-  setObjectName(title_of(orientation));
+SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent, int neighbour)
+    : View(workbench, drawn, parent), orientation_(orientation), neighbour_(neighbour), tools_(workbench, *this) {
+  set_orientation(orientation);
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
   connect(&workbench_, &Workbench::view_changed, this, [this] { tools_.discard_outdated_measurement(); });
   connect(&workbench_, &Workbench::scene_changed, this, [this] { tools_.update_hovered_point(); });
@@ -40,7 +46,11 @@ SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orient
 SliceView::~SliceView() { destroy_gl_objects(); }
 
 SliceAxes SliceView::axes() const { return slice_axes(orientation_, workbench_.view.convention); }
-double SliceView::slice_mm() const { return workbench_.view.crosshair_mm[axes().normal]; }
+double SliceView::slice_mm() const { return through_mm()[axes().normal]; }
+Eigen::Vector3d SliceView::through_mm() const {
+  if (neighbour_ == 0 || !workbench_.has_volume()) return workbench_.view.crosshair_mm;
+  return slice_through_mm(workbench_.view, workbench_.session().volume().geometry(), orientation_, neighbour_);
+}
 double SliceView::distance_to_slice_mm(const Eigen::Vector3d& world_mm) const {
   return std::abs(world_mm[axes().normal] - slice_mm());
 }
@@ -51,6 +61,23 @@ Eigen::Vector3d SliceView::world_of(const QPointF& pixel) const {
                           (height() / 2.0 - pixel.y()) * mm_per_pixel_ * axes.up;
   world[axes.normal] = slice_mm();
   return world;
+}
+
+Eigen::Vector3d SliceView::crosshair_at(const QPointF& pixel) const {
+  Eigen::Vector3d at = world_of(pixel);
+  at[axes().normal] = workbench_.view.crosshair_mm[axes().normal];
+  return at;
+}
+
+void SliceView::set_orientation(Orientation orientation) {
+  orientation_ = orientation;
+  const QString title = title_of(orientation);
+  setObjectName(neighbour_ == 0  ? title
+                : neighbour_ < 0 ? tr("%1, previous slice").arg(title)
+                                 : tr("%1, next slice").arg(title));
+  setAccessibleName(tr("%1 view").arg(objectName()));
+  outline_.reset();
+  fit();
 }
 
 QPointF SliceView::pixel_of(const Eigen::Vector3d& world_mm) const {
@@ -68,7 +95,7 @@ std::span<const OutlineSegment> SliceView::active_outline() {
     });
     if (outlines_ && active != meshes.end()) {
       makeCurrent();
-      outline_ = drawn_.buffers().read_outline(orientation_, static_cast<int>(active - meshes.begin()));
+      outline_ = drawn_.buffers().read_outline(orientation_, static_cast<int>(active - meshes.begin()), neighbour_);
       doneCurrent();
     }
   }
@@ -169,8 +196,8 @@ Projection SliceView::projection() const {
 
 void SliceView::prepare() {
   outline_.reset();
-  slice_ = drawn_.slice(orientation_);
-  outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_) : nullptr;
+  slice_ = drawn_.slice(orientation_, neighbour_);
+  outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_, neighbour_) : nullptr;
   field_ = drawn_.field();
   springs_ = &drawn_.springs();
 }
@@ -255,50 +282,6 @@ void SliceView::draw_crosshair(const Projection& projection) {
   }
 }
 
-// Draws the sections of the balls of inside and outside points.
-void SliceView::draw_marks(const Projection& projection) {
-  for (const UserPoint& point : workbench_.scene().points) {
-    const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
-    const double off = distance_to_slice_mm(point.position_mm);
-    if (!item || point.is_paint() || point.kind == MarkKind::Boundary || off >= point.radius_mm) continue;
-    const double radius_mm = std::sqrt(point.radius_mm * point.radius_mm - off * off);
-    draw_circle(projection, point.position_mm, radius_mm, rgba_of(item->colour, 0.8f), 1.2f);
-  }
-}
-
-void SliceView::draw_stroke(const Projection& projection, const UserPoint& stroke) {
-  const MeshItem* item = workbench_.scene().find_mesh(stroke.mesh);
-  if (!item) return;
-  const std::vector<Eigen::Vector3f> ends = lines_in_slice(workbench_, *this, stroke);
-  if (ends.empty()) return;
-  const bool marked =
-      stroke.id != 0 && (stroke.id == workbench_.view.selected_point || stroke.id == workbench_.view.hovered_point);
-  const auto ratio = static_cast<float>(devicePixelRatio());
-  line_painter_.draw(projection, ends, marked ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 0.8f), 5.0f * ratio);
-  line_painter_.draw(projection, ends, rgba_of(colour_of(stroke.kind, item->colour)), 3.0f * ratio);
-}
-
-void SliceView::draw_points(const Projection& projection) {
-  draw_marks(projection);
-  for (const UserPoint& point : workbench_.scene().points)
-    if (!point.is_paint()) draw_stroke(projection, point);
-  if (const std::optional<UserPoint>& stroke = tools_.stroke(); stroke && !stroke->is_paint())
-    draw_stroke(projection, *stroke);
-  std::vector<DiscPainter::Disc> discs;
-  const float ratio = static_cast<float>(devicePixelRatio());
-  for (const UserPoint& point : workbench_.scene().points) {
-    const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
-    const auto opacity = static_cast<float>(handle_opacity(distance_to_slice_mm(point.position_mm)));
-    if (!item || opacity <= 0 || point.is_paint()) continue;
-    const bool selected = point.id == workbench_.view.selected_point,
-               hovered = point.id == workbench_.view.hovered_point;
-    const Rgba rim = selected ? rgba_of(theme::kSelected, opacity) : Rgba(1, 1, 1, opacity);
-    discs.push_back({point.position_mm.cast<float>(), rgba_of(colour_of(point.kind, item->colour), opacity), rim,
-                     (hovered ? 8.0f : 6.5f) * ratio, glyph_of(point.kind)});
-  }
-  disc_painter_.draw(projection, discs);
-}
-
 // Draws lines from boundary points to the vertices that they pull, and the reach of the point under the mouse.
 void SliceView::draw_springs(const Projection& projection) {
   for (const PointSpring& spring : springs_->all()) {
@@ -376,6 +359,8 @@ void SliceView::annotate(std::vector<Label>& labels) const {
     note = tr("radius %1").arg(text(length_text(tools_.seed()->radius_mm)));
   } else if (tools_.brush_centre_mm()) {
     note = brush_text();
+  } else if (underMouse() && draws_lasso(workbench_.view.tool) && workbench_.view.lasso) {
+    note = workbench_.view.tool == Tool::Box ? tr("lasso around a new structure") : tr("lasso");
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   } else if (const MeshItem* item = workbench_.active_mesh(); workbench_.view.show_field && !field_ && item) {

@@ -18,11 +18,12 @@ class PointSprings;
 /// drawn nor selectable.
 double handle_opacity(double distance_mm);
 
-/// View of one slice through the crosshair. SliceTools handles its input.
+/// View of one slice: that through the crosshair, or a neighbour of it. SliceTools handles its input.
 class SliceView : public View {
   Q_OBJECT
  public:
-  SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent);
+  /// `neighbour`: see slice_through_mm().
+  SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent, int neighbour = 0);
   ~SliceView() override;
 
   void fit() override;
@@ -38,6 +39,11 @@ class SliceView : public View {
   void move_by_slices(int slices);
 
   Orientation orientation() const { return orientation_; }
+  /// Shows slices of another orientation.
+  void set_orientation(Orientation orientation);
+  int neighbour() const { return neighbour_; }
+  /// Point in the slice with the in-plane coordinates of the crosshair, mm. Needs a volume.
+  Eigen::Vector3d through_mm() const;
   SliceAxes axes() const;
   /// World coordinate of the slice along its normal, mm.
   double slice_mm() const;
@@ -45,6 +51,9 @@ class SliceView : public View {
   // Conversions between widget coordinates (logical pixels) and the plane of the slice.
 
   Eigen::Vector3d world_of(const QPointF& pixel) const;
+  /// Place to which a click moves the crosshair. In a neighbour the crosshair stays in its slice, because this view
+  /// shows the neighbour of the slice to which it would move.
+  Eigen::Vector3d crosshair_at(const QPointF& pixel) const;
   QPointF pixel_of(const Eigen::Vector3d& world_mm) const;
   double mm_per_pixel() const { return mm_per_pixel_; }
   /// Segments of the active contour in the last image; none while meshes are hidden. Read back at most once per image.
@@ -94,7 +103,8 @@ class SliceView : public View {
   void draw_seed(const Projection& projection);
   QRectF text_box() const;
 
-  const Orientation orientation_;
+  Orientation orientation_;
+  const int neighbour_;
   Eigen::Vector3d centre_mm_{0, 0, 0};  ///< world position of the centre of the widget
   double mm_per_pixel_ = 1;             ///< size of a logical pixel
   bool fitted_ = true;                  ///< fitted again on resize; false after zoom, pan or centring

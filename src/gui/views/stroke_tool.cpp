@@ -12,14 +12,18 @@ namespace simplexseg {
 
 void StrokeTool::begin(MarkKind kind, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
   stroke_ = UserPoint{0, workbench_.view.active_mesh, at_mm, kind};
-  lasso_normal_.reset();
-  if (workbench_.view.lasso) lasso_normal_ = normal;
+  if (workbench_.view.lasso) stroke_->lasso_normal = normal;
+}
+
+void StrokeTool::begin_start(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
+  stroke_ = UserPoint{0, 0, at_mm, MarkKind::Inside};
+  stroke_->lasso_normal = normal;
 }
 
 void StrokeTool::begin_paint(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
   const ViewState& view = workbench_.view;
   begin(view.tool == Tool::Eraser ? MarkKind::Outside : MarkKind::Inside, at_mm, normal);
-  lasso_normal_.reset();
+  stroke_->lasso_normal.setZero();
   stroke_->edit = view.tool == Tool::Freeze ? VoxelEdit::Freeze
                   : view.smart_brush        ? VoxelEdit::SmartPaint
                                             : VoxelEdit::None;
@@ -51,17 +55,18 @@ void StrokeTool::extend(const Eigen::Vector3d& at_mm) {
   if ((offset - last).norm() >= least_mm) stroke_->path_mm.push_back(offset);
 }
 
-void StrokeTool::finish() {
+bool StrokeTool::finish() {
   const std::optional<UserPoint> stroke = std::exchange(stroke_, std::nullopt);
-  if (!stroke) return;
+  if (!stroke) return false;
+  if (stroke->mesh == 0) return start(*stroke);
   if (stroke->brush.shape == PaintBrush::Shape::Contour && stroke->path_mm.size() < 2) {
     workbench_.notify(Severity::Note, SliceView::tr("Lasso: drag around the part"));
-    return;
+    return false;
   }
-  if (lasso_normal_ && stroke->is_stroke()) {
+  if (stroke->is_lasso() && stroke->is_stroke()) {
     workbench_.apply(
-        AddLasso{stroke->mesh, stroke->kind, stroke->vertices_mm(), *lasso_normal_, workbench_.view.local_marks});
-    return;
+        AddLasso{stroke->mesh, stroke->kind, stroke->vertices_mm(), stroke->lasso_normal, workbench_.view.local_marks});
+    return false;
   }
   workbench_.apply(AddPoint{stroke->mesh,
                             stroke->position_mm,
@@ -72,6 +77,19 @@ void StrokeTool::finish() {
                             stroke->brush,
                             stroke->edit,
                             workbench_.view.local_marks});
+  return false;
+}
+
+bool StrokeTool::start(const UserPoint& contour) {
+  if (contour.path_mm.size() < 2) {
+    workbench_.notify(Severity::Note, SliceView::tr("New segmentation: drag around the structure"));
+    return false;
+  }
+  AddMesh command;
+  command.like = workbench_.view.active_mesh;
+  command.contour_mm = contour.vertices_mm();
+  command.contour_normal = contour.lasso_normal;
+  return workbench_.apply(command);
 }
 
 }  // namespace simplexseg

@@ -35,6 +35,7 @@
 #include "gui/window/archive_actions.h"
 #include "gui/window/compare/compare_window.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/key_dialog.h"
 #include "gui/window/label_actions.h"
 #include "gui/window/message_bar.h"
 #include "gui/window/name_popup.h"
@@ -139,7 +140,7 @@ void MainWindow::build_views() {
   column->addWidget(steps_);
   views_ = new ViewGrid(*workbench_, *drawn_, middle);
   column->addWidget(views_, 1);
-  for (View* view : views_->all()) {
+  for (View* view : views_->every()) {
     connect(view, &View::about_to_paint, loop_.get(), &FrameLoop::view_about_to_paint);
     connect(view, &View::aboutToCompose, loop_.get(), &FrameLoop::view_composing);
     connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
@@ -235,7 +236,7 @@ void MainWindow::build_menus() {
   };
   enable();
   connect(workbench_.get(), &Workbench::volume_changed, presets, enable);
-  fill(tr("&Help"), {{Act::Help, Act::Messages}, {Act::About}});
+  fill(tr("&Help"), {{Act::Help, Act::ChangeKeys, Act::Messages}, {Act::About}});
 }
 
 void MainWindow::build_toolbar() {
@@ -306,6 +307,10 @@ void MainWindow::connect_own_actions() {
   actions.on(Act::Screenshot, [this] { choose_and_save_picture(); });
   actions.on(Act::Compare, [this] { compare_settings(); });
   actions.on(Act::Help, [this] { show_bindings(this); });
+  actions.on(Act::ChangeKeys, [this] {
+    auto* dialog = new KeyDialog(this);
+    dialog->open();
+  });
   actions.on_toggle(Act::ShowPanels, [this](bool shown) { panels_->setVisible(shown); });
   actions[Act::ShowPanels]->setChecked(true);
   actions.on_toggle(Act::ShowSteps, [this](bool shown) { steps_->setVisible(shown); });

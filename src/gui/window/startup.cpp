@@ -19,6 +19,7 @@
 #include "gui/look/widgets.h"
 #include "gui/window/autosave.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/key_settings.h"
 #include "gui/window/main_window.h"
 #include "gui/window/measurement.h"
 #include "gui/window/theme_settings.h"
@@ -287,6 +288,10 @@ int run_desktop(int argc, char** argv) {
     QObject::connect(&*theme_settings, &ThemeSettings::message, &window,
                      [&window](const QString& text) { window.workbench().notify(Severity::Note, text); });
   }
+  std::optional<KeySettings> key_settings;
+  if (for_a_user) key_settings.emplace();
+  if (key_settings && !key_settings->fault().isEmpty())
+    window.workbench().notify(Severity::Warning, key_settings->fault());
   int status = kDone;
   if (options.measure_s) {
     status = measure_window(application, window, options);

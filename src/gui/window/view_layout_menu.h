@@ -6,7 +6,8 @@ namespace simplexseg {
 
 class ViewGrid;
 
-/// Menu of the layouts of views: all four, one large view beside the others, or one view alone.
+/// Menu of the layouts of views: all four, one large view beside the others, three neighbouring slices with the
+/// distance between them, or one view alone.
 class ViewLayoutMenu : public QMenu {
   Q_OBJECT
  public:

@@ -4,6 +4,7 @@
 #include <QCoreApplication>
 #include <QInputDialog>
 
+#include "gui/input/key_map.h"
 #include "gui/look/point_style.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
@@ -74,8 +75,8 @@ void VoxelMenu::list_others(QMenu& menu, VoxelEdit edit) {
 void VoxelMenu::enable() {
   const MeshItem* const active = workbench_.active_mesh();
   const bool several = workbench_.scene().meshes.size() > 1, locked = active && active->locked;
-  const QString why = locked ? tr("The segmentation is locked: unlock it first (L)")
-                             : tr("There is no segmentation yet: place a seed first (key 4)");
+  const QString why = locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh))
+                             : tr("There is no segmentation yet: place a seed first (%1)").arg(key_hint(Act::ToolSeed));
   for (const VoxelEditInfo& info : voxel_edits())
     for (QAction* entry : actions())
       if (entry->objectName() == info.name)

@@ -18,6 +18,7 @@ namespace {
 constexpr std::size_t kMostFiles = 12;
 constexpr const char *kGeometry = "geometry", *kFiles = "files";
 constexpr const char *kResearcher = "researcher", *kLargeView = "large_view";  // -1: four equal views
+constexpr const char *kNeighbours = "neighbours", *kStep = "neighbour_step";   // orientation of the slices, -1: none
 constexpr const char *kClipOn = "clip_on", *kClipFlipped = "clip_flipped";     // one bit for each CutPlane
 constexpr const char *kImageOnCaps = "image_on_caps", *kVolumeMode = "volume_3d";
 
@@ -41,6 +42,9 @@ WindowMemory::WindowMemory(MainWindow& window)
   window_.panels().set_researcher(settings_.value(kResearcher, false).toBool());
   if (const int large = settings_.value(kLargeView, -1).toInt(); large >= 0 && large < 4)
     window_.views().set_layout(ViewLayout::OneAndThree, large);
+  window_.views().set_neighbour_step(std::clamp(settings_.value(kStep, 1).toInt(), 1, 1000));
+  if (const int plane = settings_.value(kNeighbours, -1).toInt(); plane >= 0 && plane < 3)
+    window_.views().set_layout(ViewLayout::Neighbours, plane);
   read_space();
   connect(&window_.files(), &FileActions::name_changed, this, &WindowMemory::file_opened);
   connect(&window_.files(), &FileActions::about_to_open, this, [this] {
@@ -52,7 +56,11 @@ WindowMemory::WindowMemory(MainWindow& window)
 WindowMemory::~WindowMemory() {
   settings_.setValue(kGeometry, window_.saveGeometry());
   settings_.setValue(kResearcher, window_.panels().researcher());
-  settings_.setValue(kLargeView, window_.views().view_layout() == ViewLayout::Four ? -1 : window_.views().main_view());
+  const ViewGrid& views = window_.views();
+  const auto main_of = [&](ViewLayout layout) { return views.view_layout() == layout ? views.main_view() : -1; };
+  settings_.setValue(kLargeView, main_of(ViewLayout::OneAndThree));
+  settings_.setValue(kNeighbours, main_of(ViewLayout::Neighbours));
+  settings_.setValue(kStep, views.neighbour_step());
   const ViewState& view = window_.workbench().view;
   settings_.setValue(kClipOn, bits_of(view.clip.on));
   settings_.setValue(kClipFlipped, bits_of(view.clip.flipped));

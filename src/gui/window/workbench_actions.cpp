@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gui/input/action_table.h"
+#include "gui/input/key_map.h"
 #include "gui/look/symbols.h"
 #include "gui/look/widgets.h"
 #include "gui/views/view_grid.h"
@@ -58,6 +59,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_toggles);
   connect(&workbench_, &Workbench::solving_changed, this, &WorkbenchActions::refresh_solving);
   connect(&loop_, &FrameLoop::ticked, this, &WorkbenchActions::refresh_run);
+  connect(&KeyMap::shared(), &KeyMap::changed, this, &WorkbenchActions::refresh);
   refresh();
   refresh_toggles();
 }
@@ -187,8 +189,7 @@ void WorkbenchActions::refresh() {
   set_enabled(actions_[Act::Undo], session.can_undo(), tr("There is nothing to undo"));
   set_enabled(actions_[Act::Redo], session.can_redo(), tr("There is nothing to redo"));
   const bool meshes = !workbench_.scene().meshes.empty();
-  const QString no_mesh =
-      tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
+  const QString no_mesh = why_no_mesh();
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose, Act::Compare})
     set_enabled(actions_[act], meshes, no_mesh);
   for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::NameMesh, Act::DeleteMesh})
@@ -197,10 +198,10 @@ void WorkbenchActions::refresh() {
   const bool locked = active && active->locked;
   for (const Act act : {Act::ResetMesh, Act::RefineMesh})
     set_enabled(actions_[act], active && !locked,
-                locked ? tr("The segmentation is locked: unlock it first (L)") : no_mesh);
+                locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh)) : no_mesh);
   for (const Act act : {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere})
     set_enabled(actions_[act], active && !locked,
-                locked ? tr("The segmentation is locked: unlock it first (L)") : no_mesh);
+                locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh)) : no_mesh);
   const int place = place_of_active(), last = static_cast<int>(workbench_.scene().meshes.size()) - 1;
   set_enabled(actions_[Act::MeshUp], place > 0, meshes ? tr("It is already the first in the list") : no_mesh);
   set_enabled(actions_[Act::MeshDown], place >= 0 && place < last,
@@ -216,9 +217,21 @@ void WorkbenchActions::refresh() {
                         Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
-  for (const Act act : {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser,
-                        Act::ToolFreeze, Act::ToolRange, Act::ShowField, Act::ShowAxes})
+  for (const Act act : {Act::ToolPoint, Act::ToolOutside, Act::ToolBrush, Act::ToolEraser, Act::ToolFreeze,
+                        Act::ToolRange, Act::ShowField, Act::ShowAxes})
     set_enabled(actions_[act], meshes, no_mesh);
+  refresh_inside_tool();
+}
+
+QString WorkbenchActions::why_no_mesh() {
+  return tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (%1)")
+      .arg(key_hint(Act::ToolSeed));
+}
+
+// A lasso of this tool starts a segmentation if there is none.
+void WorkbenchActions::refresh_inside_tool() {
+  const bool starts = workbench_.view.lasso && workbench_.has_volume();
+  set_enabled(actions_[Act::ToolInside], starts || !workbench_.scene().meshes.empty(), why_no_mesh());
 }
 
 void WorkbenchActions::refresh_run() {
@@ -236,6 +249,7 @@ void WorkbenchActions::refresh_solving() {
 }
 
 void WorkbenchActions::refresh_toggles() {
+  refresh_inside_tool();
   set_enabled(actions_[Act::PointHere], workbench_.view.selected_point != 0, tr("No point is selected"));
   for (const auto& [act, tool] : kTools) actions_[act]->setChecked(workbench_.view.tool == tool);
   actions_[Act::WindowLevel]->setChecked(workbench_.view.window_level_armed);

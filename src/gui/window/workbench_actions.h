@@ -30,6 +30,8 @@ class WorkbenchActions : public QObject {
   /// Shows Pause while anything moves, otherwise Run.
   void refresh_run();
   void refresh_solving();
+  static QString why_no_mesh();
+  void refresh_inside_tool();
   void refresh_toggles();
   void change_opacity(float by);
   int place_of_active() const;  ///< index in the list of meshes; -1: there is none

@@ -97,8 +97,9 @@ bool Comparison::has_reference() const { return side(0).references().has(item(0)
 void Comparison::follow_points(int s) {
   if (following_) return;
   const Command& command = side(s).session().log().back().command;
-  const bool of_points = std::holds_alternative<AddPoint>(command) || std::holds_alternative<MovePoint>(command) ||
-                         std::holds_alternative<ResizePoint>(command) || std::holds_alternative<DeletePoint>(command);
+  const bool of_points = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddLasso>(command) ||
+                         std::holds_alternative<MovePoint>(command) || std::holds_alternative<ResizePoint>(command) ||
+                         std::holds_alternative<DeletePoint>(command);
   if (!of_points) return;
   following_ = true;
   side(1 - s).apply(command);

@@ -6,6 +6,7 @@
 #include <QStringList>
 #include <algorithm>
 
+#include "gui/input/key_map.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
 #include "session/mesh_marks.h"
@@ -112,15 +113,23 @@ QString advice_of(const Workbench& workbench, std::size_t mesh) {
                      "undo "
                      "them.")
                : state_text("You cancelled the solution: there is no segmentation yet. Choose Solve to compute it.");
+  const auto key_or_tool = [](Act act, Act tool) {
+    const QString key = key_text(act);
+    return key.isEmpty() ? key_hint(tool) : key;
+  };
+  const QString inside = key_or_tool(Act::AddInside, Act::ToolInside);
+  const QString outside = key_or_tool(Act::AddOutside, Act::ToolOutside);
   if (spreads(item))
     return state_text(
-        "The segmentation spreads without finding a border. Mark what is outside (O), or place a new seed that "
-        "lies completely inside the structure.");
+               "The segmentation spreads without finding a border. Mark what is outside (%1), or place a new seed that "
+               "lies completely inside the structure.")
+        .arg(outside);
   if (doubtful(item))
     return state_text(
-               "This segmentation is probably wrong (expected Dice: %1). Mark what belongs to it (I) and what does not "
-               "(O), or place a new seed.")
-        .arg(item.field->expected_dice, 0, 'f', 2);
+               "This segmentation is probably wrong (expected Dice: %1). Mark what belongs to it (%2) and what does "
+               "not "
+               "(%3), or place a new seed.")
+        .arg(QString::number(item.field->expected_dice, 'f', 2), inside, outside);
   const QString faults = faults_of(workbench, mesh);
   if (faults.isEmpty() && (!item.field || item.field->expected_dice >= 1)) return {};
   if (faults.isEmpty())
@@ -128,8 +137,8 @@ QString advice_of(const Workbench& workbench, std::size_t mesh) {
   return state_text(
              "%1. Labels and measurements are less reliable there. Let it run: most overlaps disappear by themselves. "
              "Otherwise raise the weight of Smoothing, delete a point that pulls across the surface, or reset the "
-             "segmentation (Ctrl+R).")
-      .arg(faults.left(1).toUpper() + faults.mid(1));
+             "segmentation (%2).")
+      .arg(faults.left(1).toUpper() + faults.mid(1), key_or_tool(Act::ResetMesh, Act::ResetMesh));
 }
 
 }  // namespace simplexseg

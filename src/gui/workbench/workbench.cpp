@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "gui/input/key_map.h"
 #include "gui/look/contrast.h"
 #include "image/intensity_samples.h"
 
@@ -153,7 +154,8 @@ void Workbench::add_reference(const std::string& path, Volume labels, std::share
 
 bool Workbench::sample_range(const std::array<Eigen::Vector3d, 3>& corners_mm) {
   if (!active_mesh()) {
-    notify(Severity::Warning, tr("A range of intensities needs a segmentation: place a seed first (key 4)"));
+    notify(Severity::Warning,
+           tr("A range of intensities needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
     return false;
   }
   try {
@@ -177,12 +179,13 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (added) *added = id;
   const bool adds_mesh = std::holds_alternative<AddMesh>(command) || std::holds_alternative<DuplicateMesh>(command);
   if (id != 0 && adds_mesh) view.active_mesh = id;
-  if (id != 0 && std::holds_alternative<AddPoint>(command)) view.selected_point = id;
+  const bool adds_point = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddLasso>(command);
+  if (id != 0 && adds_point) view.selected_point = id;
   if (id != 0 && std::holds_alternative<AddMeasurement>(command)) view.last_measurement = id, view.selected_point = 0;
   forget_missing_items();
   failed_ = false;
-  const bool places = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddMesh>(command) ||
-                      std::holds_alternative<SetIntensityRange>(command);
+  const bool places =
+      adds_point || std::holds_alternative<AddMesh>(command) || std::holds_alternative<SetIntensityRange>(command);
   // Pause after undo and redo, to show their effect; the next point or mesh starts the simulation again.
   if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command)) set_running(false);
   if (places && !running_ && !paused_by_user_) set_running(true);

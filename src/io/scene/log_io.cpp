@@ -54,17 +54,22 @@ Json keys_json(const AddMesh& c) {
   if (c.like) json["like"] = c.like;
   if (c.start) json["start"] = start_json<Json>(*c.start, c.start->path);
   if (!c.box_mm.empty()) json["box_mm"] = path_json<Json>(c.box_mm);
+  if (!c.contour_mm.empty())
+    json["contour_mm"] = path_json<Json>(c.contour_mm), json["contour_normal"] = vector_json<Json>(c.contour_normal);
   if (!c.code.empty()) json["code"] = code_json<Json>(c.code);
   return json;
 }
 void read_keys(const JsonInput& in, AddMesh& c) {
-  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start", "box_mm", "code"});
+  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start", "box_mm", "code", "contour_mm",
+                   "contour_normal"});
   if (in.has("name")) c.name = in["name"].text_or_empty();
   c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
   if (in.has("colour")) c.colour = colour_from_json(in["colour"]);
   if (in.has("like")) c.like = read_id(in["like"]);
   if (in.has("start")) c.start = mesh_start_from_json(in["start"]);
   if (in.has("box_mm")) c.box_mm = read_path(in["box_mm"]);
+  if (in.has("contour_mm"))
+    c.contour_mm = read_path(in["contour_mm"]), c.contour_normal = in["contour_normal"].vector3();
   if (in.has("code")) c.code = read_code(in["code"]);
 }
 

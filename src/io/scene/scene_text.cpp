@@ -97,7 +97,8 @@ SavedView read_view(const JsonInput& input) {
 }
 
 UserPoint read_point(const JsonInput& input, const Scene& scene) {
-  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint", "continues", "local"});
+  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward", "path_mm", "paint", "continues", "local",
+                     "lasso_normal"});
   const std::string name = input["mesh"].text();
   const MeshItem* const item = scene.find_mesh(name);
   if (!item) {
@@ -111,6 +112,10 @@ UserPoint read_point(const JsonInput& input, const Scene& scene) {
   if (input.has("outward")) point.outward = input["outward"].vector3();
   if (input.has("path_mm")) point.path_mm = read_path(input["path_mm"]);
   if (input.has("continues")) point.continues = input["continues"].boolean();
+  if (input.has("lasso_normal")) {
+    point.lasso_normal = input["lasso_normal"].vector3();
+    if (!point.is_lasso()) input["lasso_normal"].fail("it is 0", "give the unit normal of its slice");
+  }
   if (input.has("local")) point.local = input["local"].boolean();
   if (input.has("paint")) point.voxels = read_paint(input["paint"], point.brush, point.edit);
   return point;
@@ -173,6 +178,7 @@ Json point_json(const UserPoint& point, const Scene& scene) {
   if (point.radius_mm > 0) json["radius_mm"] = point.radius_mm;
   if (point.outward.norm() > 0) json["outward"] = vector_json<Json>(point.outward);
   if (point.is_stroke()) json["path_mm"] = path_json<Json>(point.path_mm);
+  if (point.is_lasso()) json["lasso_normal"] = vector_json<Json>(point.lasso_normal);
   if (point.continues) json["continues"] = true;
   if (point.local) json["local"] = true;
   if (point.is_paint()) json["paint"] = paint_json<Json>(point);

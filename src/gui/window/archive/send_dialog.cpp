@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <map>
 
+#include "gui/input/key_map.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -116,7 +117,7 @@ SendDialog::SendDialog(Workbench& workbench, const QImage& picture, std::vector<
   contours_ = add(tr("C&ontours, as a structure set (RTSTRUCT)"), "send_contours",
                   tr("Contours of each segmentation in the slices; more precise than labels"));
   view_ = add(tr("&Picture of the views (secondary capture)"), "send_view",
-              tr("Picture shown below; Shift+N in the main window hides the patient's name"));
+              tr("Picture shown below; %1 in the main window hides the patient's name").arg(key_hint(Act::Names)));
   for (QCheckBox* box : {labels_, contours_}) set_enabled(box, meshes, tr("There is no segmentation yet"));
   auto* shown = new QLabel(this);
   shown->setAccessibleName(tr("Picture of the views"));
