@@ -225,7 +225,7 @@ std::vector<std::uint8_t> cells_in_range(const Volume& volume, const CellSize& c
   smooth_by_least_spacing(image.value, image.grid, spacing_mm, smoothing, run);
   std::vector<std::uint8_t>& in_range = image.finite;
   for_each_index(run, image.grid.count(), [value = image.value.data(), to = in_range.data(), range](int v) {
-    to[v] = range.contains(value[v]);
+    to[v] = to[v] && range.contains(value[v]);
   });
   return std::move(in_range);
 }

@@ -34,7 +34,7 @@ BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox&
 
 /// 1 for the cells of a box whose intensity lies in a range, else 0. The intensity is that of extract_box() before it
 /// is scaled, smoothed by smooth_by_least_spacing() with `spacing_mm` and `smoothing` (voxels). Cells that are not
-/// finite count as the value of the range nearest to 0.
+/// finite are 0, and count in the smoothing as the value of the range nearest to 0.
 std::vector<std::uint8_t> cells_in_range(const Volume& volume, const CellSize& cell, const VoxelBox& box,
                                          const IntensityRange& range, const std::array<double, 3>& spacing_mm,
                                          double smoothing, const RunJobs& run);

@@ -22,7 +22,7 @@ enum class Constraint : std::uint8_t {
   VolumeEdge,   ///< side of the box that is a side of the volume and not open (cut_sides()): outside for the solver
   OtherObject,  ///< in an inside mark of another object: outside for the solver, without effect on the prior
   NotFinite,    ///< image not finite: no conductance, outside
-  OutOfRange,   ///< not in EvidenceSettings::intensity_range: outside for the solver, without effect on the prior
+  OutOfRange,   ///< not in EvidenceSettings::intensity_range: no conductance, outside, without effect on the prior
 };
 
 /// Whether the field of the voxel is fixed (Dirichlet condition).

@@ -55,12 +55,14 @@ class InteractionsTest : public WindowTest {
                                       {"three dimensions", Act::Brush3d},
                                       {"lasso", Act::Lasso},
                                       {"smart", Act::SmartBrush},
+                                      {"local", Act::LocalMarks},
                                       {"delete", Act::DeletePoint}};
     const std::map<QString, Act> tools{
         {"seed", Act::ToolSeed},     {"point", Act::ToolPoint},     {"crosshair", Act::ToolCrosshair},
         {"inside", Act::ToolInside}, {"outside", Act::ToolOutside}, {"box", Act::ToolBox},
         {"brush", Act::ToolBrush},   {"eraser", Act::ToolEraser},   {"ruler", Act::ToolRuler},
-        {"angle", Act::ToolAngle},   {"ellipse", Act::ToolEllipse}, {"freeze", Act::ToolFreeze}};
+        {"angle", Act::ToolAngle},   {"ellipse", Act::ToolEllipse}, {"freeze", Act::ToolFreeze},
+        {"range", Act::ToolRange}};
     if (event.contains("steps")) {
       bench().advance_steps(event["steps"].toInt());
     } else if (event.contains("tool")) {
@@ -99,11 +101,14 @@ class InteractionsTest : public WindowTest {
       Eigen::Vector3f centre = Eigen::Vector3f::Zero();
       for (const Eigen::Vector3f& p : item.mesh.positions) centre += p / static_cast<float>(item.mesh.positions.size());
       const auto rounded = [](double value, double parts) { return std::round(value * parts) / parts; };
-      meshes << QJsonObject{
+      QJsonObject mesh{
           {"name", QString::fromStdString(item.name)},
           {"vertices", item.mesh.vertex_count()},
           {"volume_mm3", rounded(measure(item.mesh).volume_mm3, 1)},
           {"centre_mm", QJsonArray{rounded(centre.x(), 1000), rounded(centre.y(), 1000), rounded(centre.z(), 1000)}}};
+      if (item.intensity_range.is_limited())
+        mesh["range"] = QJsonArray{item.intensity_range.low, item.intensity_range.high};
+      meshes << mesh;
     }
     std::map<int, int> voxels;
     const LabelMap labels = make_label_map(scene(), bench().session().volume().geometry());
@@ -142,6 +147,7 @@ void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
     SCOPED_TRACE(b["name"].toString().toStdString());
     EXPECT_EQ(a["name"], b["name"]);
     EXPECT_EQ(a["vertices"], b["vertices"]);
+    EXPECT_EQ(a["range"], b["range"]);
     EXPECT_NEAR(a["volume_mm3"].toDouble(), b["volume_mm3"].toDouble(), 0.01 * b["volume_mm3"].toDouble());
     for (int axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(a["centre_mm"][axis].toDouble(), b["centre_mm"][axis].toDouble(), 0.1);

@@ -173,7 +173,8 @@ class ParallelFieldSolver final : public FieldSolver {
     if (resume) {
       walker_->resume(tolerance, settings_.most_iterations, report_progress);
     } else {
-      set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), finite_.data(), beta_, settings_.prior_weight);
+      const Array<std::uint8_t>& conducts = in_range_.size() != 0 ? in_range_ : finite_;
+      set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), conducts.data(), beta_, settings_.prior_weight);
       executor_.clear(fixed_.data(), fixed_.size());
       prior_.mark_open(constraints_.data(), fixed_.data());
       executor_.each(count(), FixConstrained{constraints_.data(), fixed_.data(), walker_->field()});
