@@ -49,7 +49,7 @@ TEST_F(Recovery, AnAutosaveIsFoundOnlyAfterItsProgramHasEnded) {
     EXPECT_EQ(lost[0].info.scene_file, "");
     EXPECT_EQ(lost[0].info.saved_at_s, 1700000100);
     EXPECT_EQ(lost[0].info.meshes, 2);
-    EXPECT_EQ(lost[0].info.points, 7);
+    EXPECT_EQ(lost[0].info.points, 8);
     EXPECT_TRUE(find_recoverable_work(root()).empty()) << "it is locked by one window";
     const Scene back = read_scene(lost[0].scene).scene;
     ASSERT_EQ(back.meshes.size(), saved.meshes.size());
