@@ -81,11 +81,32 @@ void EvidenceField::check(std::span<const Mark> marks) const {
   if (!inside) throw Error("the marks", "none lies inside the object", "place a seed or an inside mark in the object");
 }
 
+bool EvidenceField::restore(std::span<const Mark> marks, const CellSize& cell, const VoxelBox& box,
+                            std::span<const float> probability) {
+  check(marks);
+  measure_scale(marks);
+  set_region(voxels_around(box, cell, volume_->geometry().size));
+  if (cell_ != cell || box_ != box) return false;
+  solver_->discard_previous();
+  solver_->set_box(cell_, box_, scale_mm_);
+  open_sides_ = previous_open_sides_ = {};
+  solver_->set_constraints(marks, {}, open_sides_);
+  record(solver_->restore(probability));
+  marks_.assign(marks.begin(), marks.end());
+  corrections_.assign(marks.size(), {});
+  first_new_mark_ = marks.size();
+  previous_sides_.clear();
+  return true;
+}
+
 void EvidenceField::set_marks(std::span<const Mark> marks) {
   const auto same = static_cast<std::size_t>(
       std::mismatch(marks_.begin(), marks_.end(), marks.begin(), marks.end()).first - marks_.begin());
+  const auto are_local = [](std::span<const Mark> some) { return std::ranges::all_of(some, &Mark::local); };
+  removed_local_ = same == marks.size() && same == first_new_mark_ && marks_.size() > same &&
+                   are_local(std::span<const Mark>(marks_).subspan(same));
   if (same == marks_.size() && marks.size() > same) {
-    solver_->store_previous(std::ranges::all_of(marks.subspan(same), &Mark::local));
+    solver_->store_previous(are_local(marks.subspan(same)));
     previous_open_sides_ = open_sides_;
     first_new_mark_ = same;
   } else if (same < first_new_mark_) {
@@ -104,8 +125,8 @@ void EvidenceField::set_marks(std::span<const Mark> marks) {
 }
 
 bool EvidenceField::is_local() const {
-  return first_new_mark_ < marks_.size() && std::all_of(marks_.begin() + static_cast<std::ptrdiff_t>(first_new_mark_),
-                                                        marks_.end(), [](const Mark& mark) { return mark.local; });
+  const std::span<const Mark> new_marks = std::span(marks_).subspan(first_new_mark_);
+  return new_marks.empty() ? removed_local_ : std::ranges::all_of(new_marks, &Mark::local);
 }
 
 void EvidenceField::find_corrections() {
@@ -316,7 +337,7 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   report_.expected_dice = refined.expected_dice > 0 ? 1 - kMissedShare * (1 - refined.expected_dice) : 0;
   report_.open_sides = open_sides_;
   FieldSolver::Solved found = refined.found;
-  if (!previous_sides_.empty() && settings_.memory && is_local()) {
+  if (solver_->has_previous() && settings_.memory && is_local()) {
     found = solver_->damp_far_change(new_mark_balls(), settings_.local_depths, 0);
   } else if (!previous_sides_.empty() && settings_.memory && settings_.far_change > 0) {
     const double part = prompt_count(marks_) / settings_.far_change;

@@ -40,6 +40,13 @@ class EvidenceField {
   void update(std::span<const Mark> marks, std::span<const Mark> others = {}, const ReportProgress& report = {},
               const std::function<void()>& box_solved = {});
 
+  /// Sets the field of an earlier update with these marks, so that the next update starts from it; true if the box
+  /// would be solved on the same cells. `probability`: a value for each cell of `box`.
+  bool restore(std::span<const Mark> marks, const CellSize& cell, const VoxelBox& box,
+               std::span<const float> probability);
+  /// Marks of the last update.
+  std::span<const Mark> marks() const { return marks_; }
+
   struct Report {
     int iterations = 0;  ///< of the last call of the solver
     int growths = 0;     ///< growth steps of the box in this update
@@ -98,7 +105,8 @@ class EvidenceField {
     double error_depth_mm = 0;  ///< depth in an error that is larger than the band, such as a leak; else 0
   };
   Correction correction_of(const Mark& mark, const FieldSolver::PreviousSide& previous) const;
-  /// Whether there are new marks, and all of them are local.
+  /// Whether the new marks are all local. True without new marks if those that were removed since the last update were
+  /// the new ones of that update and all local: the previous field is then that without them.
   bool is_local() const;
   /// Computes the corrections of the new marks from the previous field.
   void find_corrections();
@@ -123,6 +131,7 @@ class EvidenceField {
   Mark largest_;                                           // largest inside or boundary mark
   double scale_mm_ = 0;                                    // object scale (seed_scale())
   bool has_edges_ = false;                                 // SeedScale::has_edges of largest_
+  bool removed_local_ = false;                             // is_local() without new marks
   std::size_t first_new_mark_ = 0;                         // first mark that the previous field does not contain
   std::vector<FieldSolver::PreviousSide> previous_sides_;  // of the new marks; empty without a previous field
   BoxSides open_sides_, previous_open_sides_;              // BoxBoundary; before the new marks

@@ -45,6 +45,14 @@ class FieldSolver {
  public:
   virtual ~FieldSolver() = default;
 
+  struct Solved {
+    int iterations = 0;
+    double error = 0;
+    VoxelBox bounds{};        ///< FieldObject
+    std::size_t count = 0;    ///< FieldObject
+    double border_share = 0;  ///< FieldObject
+  };
+
   /// Sets the grid of cells and the box, for an object of this scale. The present and the previous field are resampled;
   /// outside the old box the present one is 0 and the previous one unknown.
   virtual void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) = 0;
@@ -54,6 +62,8 @@ class FieldSolver {
   /// `only_object`: values above the threshold outside the object become the threshold, and holes that are filled are
   /// stored as object, so that the object does not change where the field does not (local marks).
   virtual void store_previous(bool only_object) = 0;
+  /// Sets the present field, a value for each cell of the box, and finds its object. The constraints must be set.
+  virtual Solved restore(std::span<const float> probability) = 0;
   virtual void discard_previous() = 0;
   virtual bool has_previous() const = 0;
   /// Object of the previous field, 0 or 1, at the voxels of the box that are nearest to places.
@@ -73,13 +83,6 @@ class FieldSolver {
   /// radius of the largest inside mark.
   virtual double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
                                double radius_mm) = 0;
-  struct Solved {
-    int iterations = 0;
-    double error = 0;
-    VoxelBox bounds{};        ///< FieldObject
-    std::size_t count = 0;    ///< FieldObject
-    double border_share = 0;  ///< FieldObject
-  };
   /// Solves the field and computes its object mask. `resume`: continues the last call to a smaller tolerance; nothing
   /// may have changed since.
   virtual Solved solve(double tolerance, bool resume) = 0;

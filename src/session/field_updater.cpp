@@ -10,6 +10,7 @@
 #include "core/expect.h"
 #include "field/evidence_field.h"
 #include "field/field_solver.h"
+#include "forces/step_view.h"
 #include "image/volume.h"
 #include "session/field_voxels.h"
 #include "session/mesh_marks.h"
@@ -78,6 +79,28 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const I
   solved->marks = std::move(marks);
   solved->others = within_reach(std::move(others), *solved, geometry);
   return solved;
+}
+
+/// Field of which a new field is an update by local marks alone; null: there is none. `marks`: those of the new one.
+std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks) {
+  std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
+  if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range)
+    return nullptr;
+  const std::size_t count = base->marks.size();
+  const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
+                                std::ranges::all_of(marks.subspan(count), &Mark::local);
+  return adds_local_marks ? base : nullptr;
+}
+
+/// Sets the field of a mesh, from which local marks change it (EvidenceField::restore()). Returns whether that is
+/// possible.
+bool restore(EvidenceField& field, const MeshField& from) {
+  std::vector<float> probability(from.values.size());
+  for (std::size_t v = 0; v < probability.size(); ++v) {
+    const auto value = static_cast<float>(from.values[v]);
+    probability[v] = value < kFieldFloor ? 0 : value / kFieldScale;
+  }
+  return field.restore(from.marks, from.cell, from.box, probability);
 }
 
 /// Result of field_of_start(). Throws no Error: MeshField::problem is set instead.
@@ -177,14 +200,20 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   }
   Field& field_of_mesh = fields_[item.id];
   if (field_of_mesh.range != item.intensity_range) field_of_mesh = {item.intensity_range, nullptr};
-  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, marks = std::move(marks),
-                       others = std::move(others), run, stop_if_cancelled, publish] {
+  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, base = base_of(item, marks),
+                       marks = std::move(marks), others = std::move(others), run, stop_if_cancelled, publish] {
     const auto solve_with = [&](const MakeFieldSolver& make) {
-      const bool first = !*one;
-      if (first) {
+      const auto make_field = [&] {
         EvidenceSettings settings = settings_;
         settings.intensity_range = range;
         *one = std::make_unique<EvidenceField>(*volume_, run, settings, make);
+      };
+      // After an undo, a cancellation or the start of the program, local marks change the field that the mesh has.
+      bool first = !*one;
+      if (first) make_field();
+      if (base && !std::ranges::equal((*one)->marks(), base->marks)) {
+        first = !restore(**one, *base);
+        if (first) make_field();
       }
       // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(

@@ -27,6 +27,10 @@ void update_lasso(UserPoint& point, const Volume& volume) {
     throw Error("the lasso", "it is neither inside nor outside", "correct its kind");
   if (!(std::abs(point.lasso_normal.norm() - 1) < 1e-6))
     throw Error("the lasso", "its normal is not a unit vector", "correct the normal");
+  constexpr double kMostMm = 0.1;  // a contour of the window deviates by rounding alone
+  for (const Eigen::Vector3d& offset : point.path_mm)
+    if (!(std::abs(offset.dot(point.lasso_normal)) <= kMostMm))
+      throw Error("the lasso", "its contour does not lie in the plane of its normal", "draw it in one slice");
   point.strokes = nullptr;
   if (volume.empty()) return;
   point.strokes = std::make_shared<const std::vector<PromptStroke>>(

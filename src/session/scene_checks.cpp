@@ -33,7 +33,7 @@ void check_mesh(const MeshItem& item, const Volume& volume) {
                   "segmentation '" + item.name + "', " + force.name);
   check_seed(item.seed, item.name, volume);
   check_code(item.code, item.name);
-  check_range(item.intensity_range);
+  check_range(item, item.intensity_range);
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
 
@@ -121,9 +121,14 @@ void check_paint(const UserPoint& point) {
   if (point.path_mm.size() < 2) throw Error("paint", "its contour has fewer than three vertices", "draw a larger one");
 }
 
-void check_range(const IntensityRange& range) {
+void check_range(const MeshItem& item, const IntensityRange& range) {
   if (!(range.low < range.high))
-    throw Error("the range of intensities", "its lower limit is not below the upper one", "correct it");
+    throw Error("the range of intensities of '" + item.name + "'", "its lower limit is not below the upper one",
+                "correct it");
+  if (item.start && range.is_limited())
+    throw Error("the range of intensities of '" + item.name + "'",
+                "the segmentation starts from labels or a mesh, which the image does not change",
+                "start it from a seed to limit its intensities");
 }
 
 void check_code(const SegmentCode& code, const std::string& name) {
@@ -166,7 +171,11 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   for (UserPoint& point : scene.points) {
     if (point.id == 0) point.id = next++;
     if (point.is_lasso()) {
-      update_lasso(point, volume);
+      try {
+        update_lasso(point, volume);
+      } catch (const Error& error) {
+        throw Error("points[" + std::to_string(&point - scene.points.data()) + "]: " + error.what());
+      }
     } else {
       check_position(point.position_mm);
       check_mark(point.kind, point.position_mm, volume);

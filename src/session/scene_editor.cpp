@@ -256,10 +256,7 @@ SceneChange SceneEditor::execute(const AddLasso& command) {
 SceneChange SceneEditor::execute(const SetIntensityRange& command) {
   MeshItem& item = item_of(command.mesh);
   refuse_locked(item);
-  check_range(command.range);
-  if (item.start && command.range.is_limited())
-    throw Error("segmentation '" + item.name + "'", "it starts from labels or a mesh, which the image does not change",
-                "start it from a seed to limit its intensities");
+  check_range(item, command.range);
   item.intensity_range = command.range;
   item.cancelled = nullptr;
   return {EngineUpdate::Nothing};

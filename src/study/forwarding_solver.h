@@ -17,6 +17,7 @@ class ForwardingSolver : public FieldSolver {
     inner_->set_box(cell, box, scale_mm);
     cell_ = cell, box_ = box;
   }
+  Solved restore(std::span<const float> probability) override { return inner_->restore(probability); }
   void store_previous(bool only_object) override { inner_->store_previous(only_object); }
   void discard_previous() override { inner_->discard_previous(); }
   bool has_previous() const override { return inner_->has_previous(); }

@@ -18,6 +18,7 @@ class FailingSolver final : public FieldSolver {
     field_->set_box(cell, box, scale_mm);
     box_ = field_->box();
   }
+  Solved restore(std::span<const float> probability) override { return field_->restore(probability); }
   void store_previous(bool only_object) override { field_->store_previous(only_object); }
   void discard_previous() override { field_->discard_previous(); }
   bool has_previous() const override { return field_->has_previous(); }

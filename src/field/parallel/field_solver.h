@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/expect.h"
 #include "field/cell_resampling.h"
 #include "field/conductances.h"
 #include "field/field_solver.h"
@@ -137,6 +138,15 @@ class ParallelFieldSolver final : public FieldSolver {
     executor_.each(count(),
                    StorePrevious{probability_.data(), only_object ? object_voxels_.data() : nullptr, previous_.data()});
     has_previous_ = true;
+  }
+  Solved restore(std::span<const float> probability) override {
+    SIMPLEXSEG_EXPECT(probability.size() == probability_.size());
+    probability_ = executor_.copy_of(probability);
+    solution_ = executor_.template array<std::uint16_t>(probability.size());
+    executor_.each(count(), StoreSolution{probability_.data(), solution_.data()});
+    const Solved found = find_object();
+    object_finder_.reset();
+    return found;
   }
   void discard_previous() override {
     has_previous_ = false;

@@ -130,6 +130,7 @@ IntensityPanel::IntensityPanel(Workbench& workbench, ActionTable& actions, QWidg
   set_role(hint, "dim");
   layout->addWidget(hint);
   connect(plot_, &IntensityPlot::dragged, this, [this] {
+    if (!workbench_.view.range_preview) dragged_mesh_ = workbench_.view.active_mesh;
     show_limits(plot_->range());
     workbench_.view.range_preview = plot_->range();
     workbench_.view_edited();
@@ -138,10 +139,15 @@ IntensityPanel::IntensityPanel(Workbench& workbench, ActionTable& actions, QWidg
     const IntensityRange range = plot_->range();  // view_edited() shows that of the mesh
     workbench_.view.range_preview.reset();
     workbench_.view_edited();
-    apply(range);
+    if (dragged_mesh_ == workbench_.view.active_mesh) apply(range);
   });
-  for (LimitBox* box : {low_, high_})
-    connect(box, &QDoubleSpinBox::valueChanged, this, [this] { apply({low_->limit(), high_->limit()}); });
+  connect(plot_, &IntensityPlot::cancelled, this, [this] {
+    workbench_.view.range_preview.reset();
+    workbench_.view_edited();
+  });
+  // Only the limit that was edited changes: the other field shows a rounded value.
+  connect(low_, &QDoubleSpinBox::valueChanged, this, [this] { apply({low_->limit(), plot_->range().high}); });
+  connect(high_, &QDoubleSpinBox::valueChanged, this, [this] { apply({plot_->range().low, high_->limit()}); });
   connect(remove_, &QPushButton::clicked, this, [this] { apply({}); });
   for (const auto signal : {&Workbench::scene_changed, &Workbench::view_changed, &Workbench::volume_changed})
     connect(&workbench_, signal, this, &IntensityPanel::refresh);
@@ -173,7 +179,7 @@ void IntensityPanel::refresh_histograms() {
     const double span = histogram.range.high - histogram.range.low;
     for (LimitBox* box : {low_, high_}) {
       const QSignalBlocker blocker(box);
-      box->setDecimals(std::isfinite(span) ? std::clamp(3 - static_cast<int>(std::log10(span)), 0, 6) : 0);
+      box->setDecimals(std::isfinite(span) ? std::clamp(3 - static_cast<int>(std::floor(std::log10(span))), 0, 15) : 0);
       box->setSingleStep(std::isfinite(span) ? std::pow(10.0, std::floor(std::log10(span / 50))) : 1);
     }
     low_->set_start(histogram.range.low);

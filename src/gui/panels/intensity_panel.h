@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "image/intensity_range.h"
-#include "session/mesh_field.h"
+#include "session/scene.h"
 
 class QLabel;
 class QPushButton;
@@ -39,6 +39,7 @@ class IntensityPanel : public QWidget {
   LimitBox *low_, *high_;
   QPushButton* remove_;
   QLabel* title_;
+  ItemId dragged_mesh_ = 0;                  ///< active when the drag of a handle began
   const void* voxels_ = nullptr;             ///< voxels of the histogram of the image
   std::shared_ptr<const MeshField> object_;  ///< field of the histogram of the object
 };

@@ -69,6 +69,12 @@ void IntensityPlot::paint_counts(QPainter& painter, const std::vector<std::size_
   painter.drawPolygon(outline);
 }
 
+void IntensityPlot::changeEvent(QEvent* event) {
+  QWidget::changeEvent(event);
+  if (event->type() != QEvent::EnabledChange || isEnabled()) return;
+  if (std::exchange(dragged_, Handle::None) != Handle::None) emit cancelled();
+}
+
 void IntensityPlot::paintEvent(QPaintEvent* event) {
   QWidget::paintEvent(event);
   QPainter painter(this);

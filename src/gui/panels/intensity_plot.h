@@ -25,10 +25,12 @@ class IntensityPlot : public QWidget {
   QSize minimumSizeHint() const override { return {120, 70}; }
 
  signals:
-  void dragged();  ///< range() has changed
-  void dropped();  ///< the drag has ended
+  void dragged();    ///< range() has changed
+  void dropped();    ///< the drag has ended
+  void cancelled();  ///< the drag has ended because the plot was disabled; range() must be set again
 
  protected:
+  void changeEvent(QEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;

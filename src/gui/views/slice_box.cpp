@@ -20,12 +20,12 @@ void SliceTools::finish_box() {
   drag_ = Drag::None;
   constexpr double kLeast = 6;  // shortest side, logical pixels
   if (corners.empty() || std::abs(last_.x() - press_.x()) < kLeast || std::abs(last_.y() - press_.y()) < kLeast) {
-    workbench_.notify(Severity::Note, workbench_.view.tool == Tool::Range
+    workbench_.notify(Severity::Note, samples_range_
                                           ? SliceView::tr("Range of intensities: drag a rectangle over the tissue")
                                           : SliceView::tr("New segmentation: drag a box around the structure"));
     return;
   }
-  if (workbench_.view.tool == Tool::Range) {
+  if (samples_range_) {
     if (!workbench_.sample_range({corners[0], corners[1], corners[2]})) return;
     workbench_.view.tool = Tool::Crosshair;
     workbench_.view_edited();

@@ -98,6 +98,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     stroke_tool_.begin_start(view_.world_of(pixel), Eigen::Vector3d::Unit(view_.axes().normal));
   } else if (draws_box(view.tool)) {
     drag_ = Drag::Box;
+    samples_range_ = view.tool == Tool::Range;
   } else if (under) {
     drag_ = Drag::Point;
     dragged_point_ = under;

@@ -83,6 +83,7 @@ class SliceTools {
   ItemId dragged_point_ = 0;
   bool drag_continues_ = false;              ///< the first command of the drag has been applied
   Eigen::Vector3d grab_offset_mm_{0, 0, 0};  ///< vector from the mouse to the handle
+  bool samples_range_ = false;               ///< the rectangle that is dragged sets a range, instead of a box
   QPointF press_, last_;
   std::optional<QPointF> mouse_;  ///< mouse position; none outside the view
   bool moved_ = false;            ///< the mouse has moved too far since the press for a click

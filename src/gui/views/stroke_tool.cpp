@@ -49,7 +49,11 @@ void StrokeTool::extend(const Eigen::Vector3d& at_mm) {
   const VolumeGeometry& geometry = workbench_.session().volume().geometry();
   if (!stroke_ || !geometry.contains(at_mm)) return;
   const Eigen::Vector3d last = stroke_->is_stroke() ? stroke_->path_mm.back() : Eigen::Vector3d(0, 0, 0);
-  const Eigen::Vector3d offset = at_mm - stroke_->position_mm;
+  Eigen::Vector3d offset = at_mm - stroke_->position_mm;
+  // A contour stays in the slice in which it began, also if the slice changes meanwhile.
+  const Eigen::Vector3d normal =
+      stroke_->brush.shape == PaintBrush::Shape::Contour ? stroke_->brush.normal : stroke_->lasso_normal;
+  offset -= normal.dot(offset) * normal;
   // The vertices of a large brush may be farther apart: its stroke hardly differs.
   const double least_mm = std::max(0.5 * geometry.spacing_mm.minCoeff(), 0.1 * stroke_->radius_mm);
   if ((offset - last).norm() >= least_mm) stroke_->path_mm.push_back(offset);

@@ -290,8 +290,10 @@ int run_desktop(int argc, char** argv) {
   }
   std::optional<KeySettings> key_settings;
   if (for_a_user) key_settings.emplace();
+  // Later than the notes of the start, which would replace it.
   if (key_settings && !key_settings->fault().isEmpty())
-    window.workbench().notify(Severity::Warning, key_settings->fault());
+    QTimer::singleShot(
+        0, &window, [&window, fault = key_settings->fault()] { window.workbench().notify(Severity::Warning, fault); });
   int status = kDone;
   if (options.measure_s) {
     status = measure_window(application, window, options);

@@ -68,6 +68,8 @@ void read_keys(const JsonInput& in, AddMesh& c) {
   if (in.has("like")) c.like = read_id(in["like"]);
   if (in.has("start")) c.start = mesh_start_from_json(in["start"]);
   if (in.has("box_mm")) c.box_mm = read_path(in["box_mm"]);
+  if (in.has("contour_normal") && !(in.has("contour_mm") && in["contour_mm"].size() > 0))
+    in["contour_normal"].fail("there is no contour", "give the vertices of the lasso, or leave it out");
   if (in.has("contour_mm"))
     c.contour_mm = read_path(in["contour_mm"]), c.contour_normal = in["contour_normal"].vector3();
   if (in.has("code")) c.code = read_code(in["code"]);

@@ -123,6 +123,7 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
     const json& range = saved.at("intensity_range");
     field->intensity_range.low = range.value("low", field->intensity_range.low);
     field->intensity_range.high = range.value("high", field->intensity_range.high);
+    expect(field->intensity_range.low < field->intensity_range.high, "the range of the field is empty");
   }
   field->leaks = saved.at("leaks").get<bool>();
   if (saved.contains("calibrated_dice")) field->expected_dice = saved.at("calibrated_dice").get<float>();
