@@ -34,6 +34,11 @@ class SpaceTest : public PausedPhantomTest {
   Vector3d centre() { return bench().session().volume().geometry().centre_mm(); }
   QPointF pixel(const Vector3d& world_mm) { return space().map().pixel(world_mm).value_or(QPointF(-1, -1)); }
   QImage picture() { return space().grabFramebuffer(); }
+  /// Saves a picture to the folder SIMPLEXSEG_PICTURES, if that is set.
+  static void save(const QImage& image, const char* name) {
+    const QString folder = qEnvironmentVariable("SIMPLEXSEG_PICTURES");
+    if (!folder.isEmpty()) image.save(folder + "/" + name + ".png");
+  }
   QColor colour_at(const QImage& image, const Vector3d& world_mm) {
     const QPointF at = pixel(world_mm) * space().devicePixelRatio();
     return image.pixelColor(static_cast<int>(at.x()), static_cast<int>(at.y()));
@@ -85,7 +90,9 @@ TEST_F(SpaceTest, TheCapOfACutSphereIsClosedAndFlipShowsTheOtherHalf) {
   trigger(Act::ClipAxial);
   const QImage cut = picture();
   EXPECT_GT(share_of_ring(cut, colour_of(0), {0, 0, 1}, 0, 11.3, centre()), 0.99);
-  EXPECT_TRUE(close(colour_at(cut, centre() + top()), kBackground)) << "the upper half is removed";
+  save(whole, "whole"), save(cut, "cut_axial");
+  EXPECT_TRUE(close(colour_at(cut, centre() + top()), kBackground))
+      << "the upper half is removed; " << colour_at(cut, centre() + top()).name().toStdString();
   EXPECT_FALSE(close(colour_at(whole, centre() + top()), kBackground));
   // Flipped, the lower half is removed, and the view from above shows the lit upper half.
   EXPECT_TRUE(window_->actions()[Act::FlipAxial]->isEnabled());

@@ -63,8 +63,9 @@ void begin_frame(const Projection& projection, const Rgba& background) {
   // Alpha is never lowered: the window must stay opaque.
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glClearColor(background.x(), background.y(), background.z(), 1);
-  glStencilMask(1);
+  glStencilMask(0xFF);  // the masks of CapPainter, too: a new frame buffer has any content
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+  glStencilMask(1);
 }
 
 void set_depth(Depth depth) {
