@@ -200,7 +200,8 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   }
   Field& field_of_mesh = fields_[item.id];
   if (field_of_mesh.range != item.intensity_range) field_of_mesh = {item.intensity_range, nullptr};
-  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, base = base_of(item, marks),
+  std::shared_ptr<const MeshField> base = base_of(item, marks);
+  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, base = std::move(base),
                        marks = std::move(marks), others = std::move(others), run, stop_if_cancelled, publish] {
     const auto solve_with = [&](const MakeFieldSolver& make) {
       const auto make_field = [&] {
