@@ -5,7 +5,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "field/quantile.h"
+#include "core/quantile.h"
 
 namespace simplexseg {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "field/quantile.h"
+#include "core/quantile.h"
 
 namespace simplexseg {
 namespace {

@@ -32,8 +32,8 @@ constexpr bool is_dirichlet(Constraint constraint) { return constraint != Constr
 constexpr bool is_excluded_by_mark(Constraint constraint) {
   return constraint == Constraint::Outside || constraint == Constraint::OtherObject;
 }
-/// Whether the voxel is background for the solver although no side of the box or image makes it so: excluded by a mark,
-/// or out of range. Holes of the second kind are filled.
+/// Whether the voxel is excluded from the object by a mark or by the range of intensities. Holes of the second kind are
+/// filled.
 constexpr bool is_excluded(Constraint constraint) {
   return is_excluded_by_mark(constraint) || constraint == Constraint::OutOfRange;
 }

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "field/quantile.h"
+#include "core/quantile.h"
 
 namespace simplexseg {
 namespace {

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
+#include "core/quantile.h"
 #include "core/vec3.h"
 #include "field/evidence_settings.h"
-#include "field/quantile.h"
 #include "image/distance_map.h"
 
 namespace simplexseg {

@@ -5,18 +5,15 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/quantile.h"
 
 namespace simplexseg {
-namespace {
 
-/// Value at a quantile of values, which are reordered.
-float quantile_of(std::vector<float>& values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+std::size_t IntensityHistogram::interval_of(double intensity) const {
+  const auto last = static_cast<double>(counts.size() - 1);
+  const double share = (intensity - range.low) / (range.high - range.low);
+  return static_cast<std::size_t>(std::clamp(share * static_cast<double>(counts.size()), 0.0, last));
 }
-
-}  // namespace
 
 IntensityRange range_of_rectangle(const Volume& volume, const std::array<Eigen::Vector3d, 3>& corners_mm) {
   const VolumeGeometry& geometry = volume.geometry();
@@ -51,7 +48,7 @@ IntensityRange range_of_rectangle(const Volume& volume, const std::array<Eigen::
   if (values.size() < kLeastVoxels)
     throw Error("the range of intensities", "the rectangle contains fewer than nine voxels of the image",
                 "drag a larger one over the tissue");
-  const IntensityRange range{quantile_of(values, 0.01), quantile_of(values, 0.99)};
+  const IntensityRange range{quantile(values, 0.01), quantile(values, 0.99)};
   if (!(range.low < range.high))
     throw Error("the range of intensities", "all voxels of the rectangle have the same intensity",
                 "drag a larger one, or enter the limits");
@@ -70,12 +67,10 @@ IntensityHistogram histogram_of(const Volume& volume, int intervals) {
   });
   if (values.empty()) return {};
   IntensityHistogram histogram;
-  histogram.range = {quantile_of(values, 0.001), quantile_of(values, 0.999)};
+  histogram.range = {quantile(values, 0.001), quantile(values, 0.999)};
   if (!(histogram.range.low < histogram.range.high)) histogram.range.high = histogram.range.low + 1;
   histogram.counts.assign(intervals, 0);
-  const double scale = intervals / (histogram.range.high - histogram.range.low);
-  for (const float value : values)
-    ++histogram.counts[std::clamp(static_cast<int>((value - histogram.range.low) * scale), 0, intervals - 1)];
+  for (const float value : values) ++histogram.counts[histogram.interval_of(value)];
   return histogram;
 }
 

@@ -18,9 +18,11 @@ IntensityRange range_of_rectangle(const Volume& volume, const std::array<Eigen::
 struct IntensityHistogram {
   IntensityRange range;
   std::vector<std::size_t> counts;
+  /// Interval of an intensity; those beyond the range belong to the first and the last one. There must be counts.
+  std::size_t interval_of(double intensity) const;
 };
 /// Histogram of every n-th finite voxel of a volume, at most a million, between its 0.1th and 99.9th percentile; empty
-/// counts without finite voxels. Voxels beyond count in the first and the last interval.
+/// counts without finite voxels.
 IntensityHistogram histogram_of(const Volume& volume, int intervals);
 
 }  // namespace simplexseg

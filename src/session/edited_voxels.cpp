@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "field/quantile.h"
+#include "core/quantile.h"
 #include "image/gaussian.h"
 #include "image/label_surface.h"
 #include "image/voxel_box.h"

@@ -26,7 +26,8 @@ class Volume;
 /// mesh, so an update after a click takes a fraction of the time of the first solution. The same sequence of marks
 /// gives the same bits with any number of threads and in every run on the same device. If a device fails or has too
 /// little memory, the CPU solves the field again from all marks and is used from then on. The first update of a mesh
-/// applies its last eight marks individually, in the order in which they were placed, after all earlier marks together.
+/// applies its last eight marks individually, in the order in which they were placed, after all earlier marks together;
+/// new local marks alone are applied to the field that the mesh has instead.
 class FieldUpdater {
  public:
   /// `threads`: number of threads; 0: as many as the machine has. `settings`: settings of all fields.

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/quantile.h"
 #include "field/box_image.h"
-#include "field/quantile.h"
 #include "references.h"
 
 namespace simplexseg {

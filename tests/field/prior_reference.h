@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "core/quantile.h"
 #include "ellipsoid_scene.h"
 #include "field/evidence_field.h"
 #include "field/field_voxel.h"
 #include "field/mark_measures.h"
 #include "field/parallel/cpu_executor.h"
 #include "field/parallel/prior.h"
-#include "field/quantile.h"
 #include "field/seed_scale.h"
 #include "references.h"
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "field/quantile.h"
+#include "core/quantile.h"
 #include "references.h"
 
 namespace simplexseg {

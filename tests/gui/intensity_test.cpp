@@ -30,7 +30,7 @@ class IntensityTest : public PausedPhantomTest {
     mouse(plot(), QEvent::MouseMove, {to, y}, Qt::NoButton, Qt::LeftButton);
     if (release) mouse(plot(), QEvent::MouseButtonRelease, {to, y}, Qt::LeftButton, Qt::NoButton);
   }
-  QPointF pixel(double right_mm, double up_mm) {
+  QPointF pixel_from_seed(double right_mm, double up_mm) {
     const SliceAxes axes = axial().axes();
     return axial().pixel_of(scene().meshes.at(0).seed.centre_mm + right_mm * axes.right + up_mm * axes.up);
   }
@@ -48,9 +48,9 @@ TEST_F(IntensityTest, AHandleOfTheHistogramLimitsTheSegmentationAsOneAction) {
   EXPECT_FALSE(bench().view.range_preview);
   EXPECT_NEAR(range().low, middle, 0.02 * (all.high - all.low));
   EXPECT_EQ(range().high, IntensityRange{}.high);
-  window_->actions()[Act::Undo]->trigger();
+  press(Act::Undo);
   EXPECT_FALSE(range().is_limited());
-  window_->actions()[Act::Redo]->trigger();
+  press(Act::Redo);
   drag_plot(plot().x_of(range().low), -20);
   EXPECT_FALSE(range().is_limited()) << "at the end of the plot there is no limit";
 }
@@ -76,9 +76,9 @@ TEST_F(IntensityTest, ThePreviewTintsTheIntensitiesInTheRange) {
 
 TEST_F(IntensityTest, ADragOverTissueSetsTheRange) {
   const double r = 20;  // beyond the sphere, which has a single intensity
-  window_->actions()[Act::ToolRange]->trigger();
+  press(Act::ToolRange);
   ASSERT_EQ(bench().view.tool, Tool::Range);
-  drag(axial(), pixel(-r, -r), pixel(r, r));
+  drag(axial(), pixel_from_seed(-r, -r), pixel_from_seed(r, r));
   ASSERT_TRUE(range().is_limited());
   const double centre = bench().session().volume().sample(scene().meshes.at(0).seed.centre_mm);
   EXPECT_LE(range().low, centre);
@@ -105,15 +105,15 @@ TEST_F(IntensityTest, TheFieldsTakeNumbersAndRefuseAnEmptyRange) {
 }
 
 TEST_F(IntensityTest, LocalMarksAreAStateOfTheToolsAndAPropertyOfTheMark) {
-  window_->actions()[Act::LocalMarks]->trigger();
+  press(Act::LocalMarks);
   ASSERT_TRUE(bench().view.local_marks);
-  window_->actions()[Act::ToolOutside]->trigger();
+  press(Act::ToolOutside);
   const double r = scene().meshes.at(0).seed.radius_mm;
-  drag(axial(), pixel(2 * r, 0), pixel(2 * r, 5));
+  drag(axial(), pixel_from_seed(2 * r, 0), pixel_from_seed(2 * r, 5));
   ASSERT_EQ(scene().points.size(), 1u);
   EXPECT_TRUE(scene().points[0].local);
-  window_->actions()[Act::LocalMarks]->trigger();
-  drag(axial(), pixel(-2 * r, 0), pixel(-2 * r, 5));
+  press(Act::LocalMarks);
+  drag(axial(), pixel_from_seed(-2 * r, 0), pixel_from_seed(-2 * r, 5));
   ASSERT_EQ(scene().points.size(), 2u);
   EXPECT_FALSE(scene().points[1].local);
   EXPECT_TRUE(scene().points[0].local);

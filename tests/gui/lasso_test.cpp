@@ -16,16 +16,12 @@ namespace {
 
 class LassoTest : public PausedPhantomTest {
  protected:
-  QPointF pixel(double x_mm, double y_mm) {
-    return axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(x_mm, y_mm, 0));
-  }
   std::vector<QPointF> circle(double radius_mm) {
     std::vector<QPointF> path;
     for (int n = 0; n <= 40; ++n)
       path.push_back(pixel(radius_mm * std::cos(n * M_PI / 20), radius_mm * std::sin(n * M_PI / 20)));
     return path;
   }
-  void press(Act act) { window_->actions()[act]->trigger(); }
   void draw_lasso(Act tool, double radius_mm) {
     if (!bench().view.lasso) press(Act::Lasso);
     press(tool);

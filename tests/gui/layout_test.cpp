@@ -133,16 +133,7 @@ TEST_F(LayoutTest, ViewsCanBeArrangedAroundALargeOne) {
   resize(1280, 700);
   auto* menu = window_->findChild<QMenu*>("view_layout_menu");
   ASSERT_TRUE(menu);
-  const auto choose = [&](const QString& title) {
-    for (QAction* entry : menu->actions())
-      if (entry->text().remove('&') == title) {
-        entry->trigger();
-        EXPECT_TRUE(entry->isChecked()) << title.toStdString();
-        for (int n = 0; n < 5; ++n) QApplication::processEvents();
-        return;
-      }
-    FAIL() << title.toStdString();
-  };
+  const auto choose = [&](const QString& title) { choose_entry({menu}, title); };
   const ViewGrid& views = window_->views();
   const auto area = [&](int n) { return views.all()[static_cast<std::size_t>(n)]->size(); };
   const QSize quarter = area(0);

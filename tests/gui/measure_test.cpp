@@ -27,7 +27,6 @@ class MeasureTest : public PausedPhantomTest {
     const SliceAxes axes = view.axes();
     return view.pixel_of(bench().view.crosshair_mm + right_mm * axes.right + up_mm * axes.up);
   }
-  void press(Act act) { window_->actions()[act]->trigger(); }
   void click(const QPointF& at) {
     mouse(axial(), QEvent::MouseMove, at, Qt::NoButton, Qt::NoButton);
     mouse(axial(), QEvent::MouseButtonPress, at, Qt::LeftButton, Qt::LeftButton);

@@ -17,15 +17,7 @@ namespace {
 class NeighbourSlicesTest : public PausedPhantomTest {
  protected:
   void choose(const QString& title) {
-    for (QMenu* menu : {window_->findChild<QMenu*>("view_layout_menu"), distance_menu()})
-      for (QAction* entry : menu->actions())
-        if (entry->text().remove('&') == title) {
-          entry->trigger();
-          EXPECT_TRUE(entry->isChecked()) << title.toStdString();
-          for (int n = 0; n < 5; ++n) QApplication::processEvents();
-          return;
-        }
-    FAIL() << title.toStdString();
+    choose_entry({window_->findChild<QMenu*>("view_layout_menu"), distance_menu()}, title);
   }
   QMenu* distance_menu() { return window_->findChild<QMenu*>("view_layout_menu")->findChild<QMenu*>(); }
   SliceView& view(int n) { return *qobject_cast<SliceView*>(window_->views().every()[static_cast<std::size_t>(n)]); }

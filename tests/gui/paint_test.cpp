@@ -20,10 +20,6 @@ namespace {
 
 class PaintTest : public PausedPhantomTest {
  protected:
-  QPointF pixel(double x_mm, double y_mm) {
-    return axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(x_mm, y_mm, 0));
-  }
-  void press(Act act) { window_->actions()[act]->trigger(); }
   int label_at(const Eigen::Vector3d& offset_mm) {
     const Volume& volume = bench().session().volume();
     const LabelMap map = make_label_map(scene(), volume.geometry());

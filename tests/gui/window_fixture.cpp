@@ -72,6 +72,18 @@ bool WindowTest::has_keys() {
   return QTest::qWaitForWindowActive(window_.get());
 }
 
+void PausedPhantomTest::choose_entry(const std::vector<QMenu*>& menus, const QString& title) {
+  for (QMenu* menu : menus)
+    for (QAction* entry : menu->actions())
+      if (entry->text().remove('&') == title) {
+        entry->trigger();
+        EXPECT_TRUE(entry->isChecked()) << title.toStdString();
+        for (int n = 0; n < 5; ++n) QApplication::processEvents();
+        return;
+      }
+  FAIL() << title.toStdString();
+}
+
 void PausedPhantomTest::SetUp() {
   WindowTest::SetUp();
   if (IsSkipped()) return;

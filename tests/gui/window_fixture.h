@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <QApplication>
+#include <QMenu>
 #include <QMouseEvent>
 #include <QTemporaryDir>
 #include <functional>
@@ -65,6 +66,13 @@ class WindowTest : public ::testing::Test {
 class PausedPhantomTest : public WindowTest {
  protected:
   void SetUp() override;
+  void press(Act act) { window_->actions()[act]->trigger(); }
+  /// Pixel of the axial view at an offset from the crosshair along the axes x and y, mm.
+  QPointF pixel(double x_mm, double y_mm) {
+    return axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(x_mm, y_mm, 0));
+  }
+  /// Chooses the entry with this title in the first of several menus that has it.
+  void choose_entry(const std::vector<QMenu*>& menus, const QString& title);
 };
 
 }  // namespace simplexseg

@@ -53,7 +53,7 @@ struct SelectBin {
   }
 };
 
-/// quantile() (field/quantile.h) of all value(v) >= 0, 0 <= v < n; negative values and NaN are ignored. Not found with
+/// quantile() (core/quantile.h) of all value(v) >= 0, 0 <= v < n; negative values and NaN are ignored. Not found with
 /// fewer than `least_count` values. Radix selection by histograms of eleven bits of the floats, by all threads.
 template <class Value>
 struct SelectQuantile {

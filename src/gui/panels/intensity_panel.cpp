@@ -30,8 +30,6 @@ std::vector<std::size_t> counts_in_object(const MeshField& field, const Volume& 
   const std::vector<std::uint8_t> object = field.object_cells();
   const auto inside = static_cast<std::size_t>(std::ranges::count(object, std::uint8_t{1}));
   const std::size_t step = inside / kMostCells + 1;
-  const int intervals = static_cast<int>(histogram.counts.size());
-  const double scale = intervals / (histogram.range.high - histogram.range.low);
   std::vector<std::size_t> counts(histogram.counts.size(), 0);
   std::size_t seen = 0;
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
@@ -45,8 +43,7 @@ std::vector<std::size_t> counts_in_object(const MeshField& field, const Volume& 
         at[a] = std::min(static_cast<int>((field.box.first[a] + in_box[a] + 0.5) * field.cell[a]),
                          volume.geometry().size[a] - 1);
       const auto value = static_cast<double>(voxels[volume.offset(at[0], at[1], at[2])]);
-      if (std::isfinite(value))
-        ++counts[std::clamp(static_cast<int>((value - histogram.range.low) * scale), 0, intervals - 1)];
+      if (std::isfinite(value)) ++counts[histogram.interval_of(value)];
     }
   });
   return counts;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "field/quantile.h"
+#include "core/quantile.h"
 
 #include <gtest/gtest.h>
 
