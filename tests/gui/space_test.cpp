@@ -33,6 +33,25 @@ TEST_F(SpaceTest, TheCapOfACutSphereIsClosedAndFlipShowsTheOtherHalf) {
   EXPECT_EQ(picture(), whole);
 }
 
+TEST_F(SpaceTest, ALassoIsDrawnClosed) {
+  std::vector<Vector3d> contour;  // three quarters of a circle
+  for (int degrees = 0; degrees <= 270; degrees += 15)
+    contour.push_back(centre() + 22 * Vector3d(std::cos(degrees * M_PI / 180), std::sin(degrees * M_PI / 180), 0));
+  ASSERT_TRUE(bench().apply(AddLasso{scene().meshes[0].id, MarkKind::Inside, contour, {0, 0, 1}}));
+  bench().pause();
+  const QImage drawn = picture();
+  save(drawn, "lasso_3d");
+  for (const double share : {0.2, 0.5, 0.8}) {
+    const Vector3d at = contour.back() + share * (contour.front() - contour.back());
+    EXPECT_TRUE(close(colour_at(drawn, at), theme::kInside, 40)) << share << colour_at(drawn, at).name().toStdString();
+  }
+  press(Act::DeletePoint);
+  EXPECT_TRUE(scene().points.empty());
+  const QImage empty = picture();
+  save(empty, "lasso_3d_empty");
+  EXPECT_FALSE(close(colour_at(empty, 0.5 * (contour.back() + contour.front())), theme::kInside, 40));
+}
+
 TEST_F(SpaceTest, NestedTouchingAndOverlappingMeshesHaveTheirOwnCaps) {
   const int inner = add_sphere(centre(), 5);
   const int touching = add_sphere(centre() + Vector3d(20.2, 0, 0), 8);

@@ -156,6 +156,8 @@ void SpaceView::draw_stroke(const Projection& projection, const UserPoint& point
     ends.push_back(vertices[p - 1].cast<float>());
     ends.push_back(vertices[p].cast<float>());
   }
+  if (point.is_lasso())
+    for (const Eigen::Vector3d& end : {vertices.back(), vertices.front()}) ends.push_back(end.cast<float>());
   line_painter_.draw(projection, clip_segments(solids_.planes(), std::move(ends)), colour,
                      3.0f * static_cast<float>(devicePixelRatio()));
 }
