@@ -78,10 +78,6 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   return {EngineUpdate::Meshes, added};
 }
 
-void SceneEditor::refuse_locked_paint(const UserPoint& point) {
-  if (point.is_paint()) refuse_locked(item_of(point.mesh));
-}
-
 void SceneEditor::remember_label(const MeshItem& item) {
   if (is_default_name(item.name)) return;
   std::map<std::string, int>& labels = scene_.labels.by_name;
@@ -206,7 +202,7 @@ SceneChange SceneEditor::execute(const AddPoint& command) {
 }
 
 SceneChange SceneEditor::execute(const MovePoint& command) {
-  UserPoint& point = point_of(command.point);
+  UserPoint& point = editable_point_of(command.point);
   if (point.voxels) throw Error("paint", "it is a set of voxels, which cannot move", "delete it and paint again");
   check_position(command.position_mm);
   if (point.is_lasso()) {
@@ -217,19 +213,17 @@ SceneChange SceneEditor::execute(const MovePoint& command) {
     return {EngineUpdate::Points};
   }
   check_mark(point.kind, command.position_mm, volume_);
-  refuse_locked_paint(point);
   point.position_mm = command.position_mm;
   return {EngineUpdate::Points};
 }
 
 SceneChange SceneEditor::execute(const ResizePoint& command) {
-  UserPoint& point = point_of(command.point);
+  UserPoint& point = editable_point_of(command.point);
   if (point.kind == MarkKind::Boundary)
     throw Error("boundary point", "it marks a place on the surface and has no radius",
                 "change the range of the attraction force instead");
   if (point.is_lasso()) throw Error("the lasso", "it is a contour and has no radius", "delete it and draw another one");
   check_radius(command.radius_mm);
-  refuse_locked_paint(point);
   UserPoint resized = point;
   resized.radius_mm = command.radius_mm;
   if (!point.is_paint())
@@ -283,7 +277,7 @@ SceneChange SceneEditor::execute(const SetReference& command) {
 }
 
 SceneChange SceneEditor::execute(const DeletePoint& command) {
-  refuse_locked_paint(point_of(command.point));
+  editable_point_of(command.point);
   std::erase_if(scene_.points, [&](const UserPoint& point) { return point.id == command.point; });
   return {EngineUpdate::Points};
 }
@@ -405,9 +399,12 @@ std::vector<MeshItem*> SceneEditor::movable_items_of(ItemId mesh) {
   return items;
 }
 
-UserPoint& SceneEditor::point_of(ItemId point) {
-  for (UserPoint& one : scene_.points)
-    if (one.id == point) return one;
+UserPoint& SceneEditor::editable_point_of(ItemId point) {
+  for (UserPoint& one : scene_.points) {
+    if (one.id != point) continue;
+    if (const MeshItem* item = scene_.find_mesh(one.mesh)) refuse_locked(*item);
+    return one;
+  }
   throw Error("point " + std::to_string(point), "there is no such point", "choose a point of the scene");
 }
 

@@ -60,8 +60,6 @@ class SceneEditor {
   /// or unknown mesh.
   std::vector<MeshItem*> movable_items_of(ItemId mesh);
   std::vector<MeshItem*> items_of(ItemId mesh);  ///< given mesh, 0: all meshes; throws Error for an unknown mesh
-  /// Throws Error for paint of a locked mesh: its labels would change.
-  void refuse_locked_paint(const UserPoint& point);
   /// Records the label of a mesh for its name (LabelNumbers), unless the name is one of "mesh 1", "mesh 2" ...
   void remember_label(const MeshItem& item);
   /// Adds the strokes of a box to a mesh; they are applied in the same update as its seed.
@@ -70,7 +68,8 @@ class SceneEditor {
   /// volume cannot have.
   UserPoint new_lasso(MarkKind kind, const std::vector<Eigen::Vector3d>& contour_mm, const Eigen::Vector3d& normal,
                       ItemId mesh, bool starts);
-  UserPoint& point_of(ItemId point);  ///< point with this id; throws Error for an unknown point
+  /// Point with this id, to be changed or deleted; throws Error for an unknown point or one of a locked mesh.
+  UserPoint& editable_point_of(ItemId point);
   /// Measurement with this id; throws Error for an unknown one.
   Measurement& measurement_of(ItemId measurement);
 

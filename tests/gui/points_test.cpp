@@ -3,6 +3,7 @@
 #include <QAction>
 #include <QContextMenuEvent>
 #include <QMenu>
+#include <QPushButton>
 #include <QTimer>
 #include <QTreeWidget>
 
@@ -157,6 +158,62 @@ TEST_F(PointsTest, TheContextMenuOffersAllKinds) {
   drag(axial(), pixel(0, 10), pixel(0, 10), Qt::RightButton);
   ASSERT_EQ(scene().points.size(), 2u);
   for (const UserPoint& point : scene().points) EXPECT_NE(point.kind, MarkKind::Inside);
+}
+
+TEST_F(PointsTest, OfALockedSegmentationStayAsTheyAre) {
+  drag(axial(), pixel(6, 0), pixel(6, 0), Qt::LeftButton, Qt::ShiftModifier);
+  move_mouse(pixel(-5, 3));
+  press_key(Qt::Key_I);
+  ASSERT_EQ(scene().points.size(), 2u);
+  window_->actions()[Act::LockMesh]->trigger();
+  const std::vector<UserPoint> before = scene().points;
+  const auto unchanged = [&](const char* what) {
+    SCOPED_TRACE(what);
+    ASSERT_EQ(scene().points.size(), 2u);
+    for (std::size_t p = 0; p < 2; ++p) {
+      EXPECT_EQ(scene().points[p].position_mm, before[p].position_mm);
+      EXPECT_EQ(scene().points[p].radius_mm, before[p].radius_mm);
+    }
+    EXPECT_TRUE(window_->messages().text().contains("locked")) << window_->messages().text().toStdString();
+    window_->messages().clear();
+  };
+  drag(axial(), pixel(6, 0), pixel(12, 4));
+  unchanged("drag");
+  wheel(axial(), pixel(-5, 3), 2);
+  unchanged("wheel");
+  move_mouse(pixel(-5, 3));
+  window_->actions()[Act::DeletePoint]->trigger();
+  unchanged("Delete");
+  drag(axial(), pixel(6, 0), pixel(6, 0), Qt::LeftButton, Qt::ControlModifier | Qt::ShiftModifier);
+  unchanged("click that deletes");
+  drag(axial(), pixel(0, 12), pixel(0, 12), Qt::LeftButton, Qt::ShiftModifier);
+  unchanged("new point");
+  window_->actions()[Act::ToolBrush]->trigger();
+  drag(axial(), pixel(0, 12), pixel(4, 12));
+  unchanged("paint");
+  window_->actions()[Act::ToolPoint]->trigger();
+  bench().view.show_meshes = false;  // they would hide the point
+  SpaceView& space = window_->views().space();
+  const QPointF handle = space.map().pixel(before[0].position_mm).value();
+  drag(space, handle, handle + QPointF(30, 0));
+  unchanged("drag in 3D");
+  QTimer::singleShot(0, [] {
+    auto* menu = qobject_cast<QMenu*>(QApplication::activePopupWidget());
+    ASSERT_NE(menu, nullptr);
+    for (QAction* entry : menu->actions())
+      if (entry->text().contains("point here") || entry->text().startsWith("Delete this")) {
+        EXPECT_TRUE(!entry->isEnabled() && entry->toolTip().contains("locked")) << entry->text().toStdString();
+      }
+    menu->close();
+  });
+  drag(axial(), pixel(6, 0), pixel(6, 0), Qt::RightButton);
+  const QPushButton& erase = *window_->findChild<PointPanel*>()->findChild<QPushButton*>();
+  EXPECT_FALSE(erase.isEnabled());
+  EXPECT_TRUE(erase.toolTip().contains("locked")) << erase.toolTip().toStdString();
+  window_->actions()[Act::LockMesh]->trigger();
+  EXPECT_TRUE(erase.isEnabled());
+  drag(axial(), pixel(6, 0), pixel(12, 4));
+  EXPECT_GT((scene().points[0].position_mm - before[0].position_mm).norm(), 3);
 }
 
 TEST_F(PointsTest, ThePanelNamesTheKinds) {

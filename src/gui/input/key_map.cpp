@@ -21,4 +21,8 @@ QString key_hint(Act act) {
   return key.isEmpty() ? KeyMap::tr("menu entry %1").arg(title_of(act)) : KeyMap::tr("key %1").arg(key);
 }
 
+QString why_locked() {
+  return KeyMap::tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh));
+}
+
 }  // namespace simplexseg

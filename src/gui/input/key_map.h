@@ -25,5 +25,7 @@ class KeyMap : public QObject {
 QString key_text(Act act);
 /// Like key_text() in a sentence: "key 4", or "menu entry New segmentation" if it has no key.
 QString key_hint(Act act);
+/// Reason why controls of a locked segmentation are disabled, with the key that unlocks it.
+QString why_locked();
 
 }  // namespace simplexseg

@@ -50,6 +50,11 @@ Glyph glyph_of(MarkKind kind) { return style_of(kind).glyph; }
 QColor colour_of(MarkKind kind, const Colour& mesh) {
   return style_of(kind).colour.value_or(QColor(mesh.red, mesh.green, mesh.blue));
 }
+bool is_locked(const Scene& scene, ItemId point) {
+  const UserPoint* const one = scene.find_point(point);
+  const MeshItem* const item = one ? scene.find_mesh(one->mesh) : nullptr;
+  return item && item->locked;
+}
 
 QIcon handle_icon(MarkKind kind, const Colour& mesh) {
   QPixmap pixmap(28, 28);

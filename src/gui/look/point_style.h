@@ -21,6 +21,8 @@ QString title_of(VoxelEdit edit);
 Glyph glyph_of(MarkKind kind);
 /// Colour of a point's handle; a boundary point has the colour of its mesh.
 QColor colour_of(MarkKind kind, const Colour& mesh);
+/// Whether a point belongs to a locked mesh, and so cannot be moved, changed or deleted.
+bool is_locked(const Scene& scene, ItemId point);
 /// Icon of the handle, for lists.
 QIcon handle_icon(MarkKind kind, const Colour& mesh);
 

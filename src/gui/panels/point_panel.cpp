@@ -8,6 +8,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
+#include "gui/input/key_map.h"
 #include "gui/look/point_style.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
@@ -94,7 +95,11 @@ void PointPanel::refresh() {
     if (point.id == workbench_.view.selected_point) selected = row;
   }
   list_->setCurrentItem(selected);
-  set_enabled(delete_, selected, count == 0 ? tr("There are no points yet") : tr("No point is selected"));
+  const bool locked = is_locked(scene, shown_selection_);
+  set_enabled(delete_, selected && !locked,
+              locked       ? why_locked()
+              : count == 0 ? tr("There are no points yet")
+                           : tr("No point is selected"));
 }
 
 }  // namespace simplexseg

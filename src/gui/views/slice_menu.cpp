@@ -5,6 +5,8 @@
 #include <tuple>
 
 #include "gui/input/key_map.h"
+#include "gui/look/point_style.h"
+#include "gui/look/widgets.h"
 #include "gui/views/measure_tool.h"
 #include "gui/views/slice_hits.h"
 #include "gui/views/slice_view.h"
@@ -19,7 +21,9 @@ void show_slice_menu(Workbench& workbench, SliceView& view, MeasureTool& measure
   QMenu menu(&view);
   menu.setToolTipsVisible(true);
   if (point) {
-    menu.addAction(SliceView::tr("Delete this point"), [&, point] { workbench.apply(DeletePoint{point}); });
+    QAction* const erase =
+        menu.addAction(SliceView::tr("Delete this point"), [&, point] { workbench.apply(DeletePoint{point}); });
+    if (is_locked(workbench.scene(), point)) set_enabled(erase, false, why_locked());
     menu.addSeparator();
   }
   measure_tool.add_entries(menu, pixel);
@@ -30,11 +34,12 @@ void show_slice_menu(Workbench& workbench, SliceView& view, MeasureTool& measure
   for (const auto& [kind, text, act] : kinds) {
     QAction* add = menu.addAction(text, [&, kind = kind] { add_point(kind); });
     if (has_key(act)) add->setShortcut(KeyMap::shared().keys().key_of(act));
-    if (!workbench.active_mesh()) {
-      add->setEnabled(false);
-      add->setToolTip(
-          SliceView::tr("A point needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
-    }
+    const MeshItem* const active = workbench.active_mesh();
+    if (!active || active->locked)
+      set_enabled(
+          add, false,
+          active ? why_locked()
+                 : SliceView::tr("A point needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
   }
   if (const MeshItem* item = workbench.scene().find_mesh(mesh); item && mesh != workbench.view.active_mesh) {
     menu.addAction(SliceView::tr("Make '%1' active").arg(QString::fromStdString(item->name)),

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "gui/input/key_map.h"
+#include "gui/look/point_style.h"
 #include "gui/views/slice_hits.h"
 #include "gui/views/slice_menu.h"
 #include "gui/views/slice_view.h"
@@ -119,10 +120,12 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
 }
 
 bool SliceTools::require_active_mesh() {
-  if (workbench_.active_mesh()) return true;
+  const MeshItem* const item = workbench_.active_mesh();
+  if (item && !item->locked) return true;
   workbench_.notify(
       Severity::Warning,
-      SliceView::tr("A point needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
+      item ? why_locked()
+           : SliceView::tr("A point needs a segmentation: place a seed first (%1)").arg(key_hint(Act::ToolSeed)));
   return false;
 }
 
@@ -167,9 +170,10 @@ void SliceTools::drag_point(const QPointF& pixel) {
     drag_ = Drag::None;
     return;
   }
-  if (workbench_.apply(MovePoint{dragged_point_, view_.world_of(pixel) + grab_offset_mm_, drag_continues_})) {
+  if (workbench_.apply(MovePoint{dragged_point_, view_.world_of(pixel) + grab_offset_mm_, drag_continues_}))
     drag_continues_ = true;
-  }
+  else if (is_locked(workbench_.scene(), dragged_point_))
+    drag_ = Drag::None;  // one message per drag
 }
 
 void SliceTools::drag_window_level(const QPointF& moved) {

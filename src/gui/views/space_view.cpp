@@ -397,7 +397,10 @@ void SpaceView::drag_point(const QPointF& pixel) {
   };
   if (!drag_continues_) grab_offset_mm_ = point->position_mm - on_plane(press_);
   const Eigen::Vector3d to = on_plane(pixel) + grab_offset_mm_;
-  if (workbench_.apply(MovePoint{dragged_point_, to, drag_continues_})) drag_continues_ = true;
+  if (workbench_.apply(MovePoint{dragged_point_, to, drag_continues_}))
+    drag_continues_ = true;
+  else if (is_locked(workbench_.scene(), dragged_point_))
+    dragged_point_ = 0;  // one message per drag
 }
 
 void SpaceView::pick(const QPointF& pixel) {

@@ -75,8 +75,8 @@ void VoxelMenu::list_others(QMenu& menu, VoxelEdit edit) {
 void VoxelMenu::enable() {
   const MeshItem* const active = workbench_.active_mesh();
   const bool several = workbench_.scene().meshes.size() > 1, locked = active && active->locked;
-  const QString why = locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh))
-                             : tr("There is no segmentation yet: place a seed first (%1)").arg(key_hint(Act::ToolSeed));
+  const QString why =
+      locked ? why_locked() : tr("There is no segmentation yet: place a seed first (%1)").arg(key_hint(Act::ToolSeed));
   for (const VoxelEditInfo& info : voxel_edits())
     for (QAction* entry : actions())
       if (entry->objectName() == info.name)

@@ -197,11 +197,9 @@ void WorkbenchActions::refresh() {
   const MeshItem* active = workbench_.active_mesh();
   const bool locked = active && active->locked;
   for (const Act act : {Act::ResetMesh, Act::RefineMesh})
-    set_enabled(actions_[act], active && !locked,
-                locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh)) : no_mesh);
+    set_enabled(actions_[act], active && !locked, locked ? why_locked() : no_mesh);
   for (const Act act : {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere})
-    set_enabled(actions_[act], active && !locked,
-                locked ? tr("The segmentation is locked: unlock it first (%1)").arg(key_hint(Act::LockMesh)) : no_mesh);
+    set_enabled(actions_[act], active && !locked, locked ? why_locked() : no_mesh);
   const int place = place_of_active(), last = static_cast<int>(workbench_.scene().meshes.size()) - 1;
   set_enabled(actions_[Act::MeshUp], place > 0, meshes ? tr("It is already the first in the list") : no_mesh);
   set_enabled(actions_[Act::MeshDown], place >= 0 && place < last,
