@@ -69,6 +69,7 @@ Json mesh_json(const MeshReport& mesh) {
     json["expected_dice"] = mesh.field->expected_dice;
     json["unsure"] = mesh.field->probably_wrong();
     json["leaks"] = mesh.field->leaks;
+    if (mesh.field->intensity_range.is_limited()) json["range_effect"] = name_of(mesh.field->range_effect);
     if (!mesh.field->problem.empty()) json["problem"] = mesh.field->problem;
   }
   if (!mesh.trace.empty()) json["trace"] = trace_json(mesh.trace);

@@ -361,7 +361,8 @@ void bind_session(py::module_& module) {
       .def_readonly("at_rest", &Advance::at_rest, "Whether all meshes have settled.")
       .def_property_readonly(
           "warnings", [](const Advance& a) { return python_texts(a.warnings); },
-          "Problems of segmentations (leaking, probably wrong) and failures of the device, one line each.")
+          "Problems of segmentations (leaking, probably wrong, ranges without effect) and failures of the device, one "
+          "line each.")
       .def_property_readonly(
           "timestep_cuts", [](const Advance& a) { return python_texts(a.cuts); },
           "Steps that were repeated with a smaller timestep, one line each.")

@@ -42,10 +42,11 @@ using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
 /// individually, because the effect of a mark depends on the field that it corrected. `report` receives the completed
 /// fraction, `publish` (may be empty) the preliminary fields of a first update. Throws only DeviceError;
 /// MeshField::problem is set for any other Error.
-std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const IntensityRange& range,
-                                       std::vector<Mark> marks, std::vector<Mark> others,
-                                       const VolumeGeometry& geometry, const ReportProgress& report,
-                                       const Publish& publish) {
+std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const EvidenceSettings& settings,
+                                       std::vector<Mark> marks, std::vector<Mark> others, const Volume& volume,
+                                       const RunJobs& run, const ReportProgress& report, const Publish& publish) {
+  const IntensityRange& range = settings.intensity_range;
+  const VolumeGeometry& geometry = volume.geometry();
   auto solved = std::make_shared<MeshField>();
   solved->intensity_range = range;
   const auto take_values = [&](MeshField& to) {
@@ -70,6 +71,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const I
     solved->leaks = field.report().leaks;
     solved->expected_dice = static_cast<float>(field.report().expected_dice);
     take_values(*solved);
+    solved->range_effect = effect_of(range, volume, field.cell(), marks.front(), settings.image_smoothing, run);
     report(1);
   } catch (const DeviceError&) {
     throw;
@@ -204,11 +206,9 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, base = std::move(base),
                        marks = std::move(marks), others = std::move(others), run, stop_if_cancelled, publish] {
     const auto solve_with = [&](const MakeFieldSolver& make) {
-      const auto make_field = [&] {
-        EvidenceSettings settings = settings_;
-        settings.intensity_range = range;
-        *one = std::make_unique<EvidenceField>(*volume_, run, settings, make);
-      };
+      EvidenceSettings settings = settings_;
+      settings.intensity_range = range;
+      const auto make_field = [&] { *one = std::make_unique<EvidenceField>(*volume_, run, settings, make); };
       // After an undo, a cancellation or the start of the program, local marks change the field that the mesh has.
       bool first = !*one;
       if (first) make_field();
@@ -218,7 +218,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       }
       // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(
-          **one, first, range, marks, others, volume_->geometry(),
+          **one, first, settings, marks, others, *volume_, run,
           [this, stop_if_cancelled, from = progress_.load()](float fraction) {
             stop_if_cancelled();
             progress_ = from + (1 - from) * fraction;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "field/marks.h"
+#include "field/range_effect.h"
 #include "image/cell_grid.h"
 #include "image/intensity_range.h"
 #include "image/paint_stroke.h"
@@ -22,6 +23,7 @@ struct MeshField {
   std::vector<Mark> marks;           ///< empty for a preliminary field
   std::vector<Mark> others;          ///< inside marks of other meshes that reach the box: background for this mesh
   IntensityRange intensity_range{};  ///< with which it was solved (MeshItem::intensity_range)
+  RangeEffect range_effect = RangeEffect::Limits;
   bool leaks = false;       ///< whether the object reaches the sides of the largest box: it spreads without a border
   float expected_dice = 1;  ///< expected Dice coefficient (EvidenceField::Report); 1 for field_of_start()
   std::string problem;      ///< reason for the failure; empty: none
@@ -37,7 +39,9 @@ struct MeshField {
   /// (docs/results/archive/evidence-2026-11-23.md).
   bool probably_wrong() const { return expected_dice < 0.67f; }
   /// Whether the user must be warned about the field.
-  bool needs_warning() const { return leaks || probably_wrong() || !problem.empty(); }
+  bool needs_warning() const {
+    return leaks || probably_wrong() || range_effect != RangeEffect::Limits || !problem.empty();
+  }
 
   /// Object mask of the box: 1 for cells inside the object, else 0.
   std::vector<std::uint8_t> object_cells() const;

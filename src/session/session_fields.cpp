@@ -11,6 +11,7 @@
 #include "session/mesh_marks.h"
 #include "session/paint.h"
 #include "session/session.h"
+#include "session/step_messages.h"
 
 namespace simplexseg {
 namespace {
@@ -81,9 +82,13 @@ ItemId Session::execute(const CommitFieldUpdate&) {
   if (!item || !field) return 0;
   const std::string name = "Segmentation '" + item->name + "'";
   if (!field->problem.empty()) field_warnings_.push_back(name + " could not be computed: " + field->problem);
+  const bool doubts_range = field->range_effect != RangeEffect::Limits;
+  const bool same_range = item->field && item->field->intensity_range == field->intensity_range &&
+                          item->field->range_effect == field->range_effect;
+  if (doubts_range && !same_range) field_warnings_.push_back(range_warning(item->name, field->range_effect));
   if (field->leaks)
     field_warnings_.push_back(name + " spreads without finding a border. Mark what is outside (O).");
-  else if (field->probably_wrong() && !(item->field && item->field->probably_wrong()))
+  else if (field->probably_wrong() && !doubts_range && !(item->field && item->field->probably_wrong()))
     field_warnings_.push_back(name + " is probably wrong. Mark what belongs to it (I) and what does not (O).");
   attach_field(*item, field);
   return 0;

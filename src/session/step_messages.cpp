@@ -27,4 +27,19 @@ std::string text_of(const TimestepCut& cut, const Scene& scene) {
   return line.str();
 }
 
+std::string range_warning(const std::string& name, RangeEffect effect) {
+  const std::string start = "The range of intensities of '" + name + "' ";
+  switch (effect) {
+    case RangeEffect::Limits:
+      break;
+    case RangeEffect::AllVoxels:
+      return start + "contains the whole image and has no effect. Narrow it, or remove its limits.";
+    case RangeEffect::NoVoxel:
+      return start + "contains nothing of the image: only marks and paint are left. Widen it.";
+    case RangeEffect::WithoutSeed:
+      return start + "excludes most of the seed. Widen it, or place a seed in tissue of these intensities.";
+  }
+  return {};
+}
+
 }  // namespace simplexseg

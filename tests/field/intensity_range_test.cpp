@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 
 #include "ellipsoid_scene.h"
 #include "field/evidence_field.h"
+#include "field/range_effect.h"
 
 namespace simplexseg {
 namespace {
@@ -62,6 +64,30 @@ TEST(IntensityRange, FillsEnclosedSpotsAndYieldsToMarks) {
   EXPECT_EQ(field.object().voxels[outer], 0);
   field.update(std::vector{inside({0, 0, 0}, 6), inside({0, 13, 0}, 4)});
   EXPECT_EQ(field.object().voxels[outer], 1) << "a mark is stronger than the range";
+}
+
+TEST(RangeEffects, AreFoundForAllVoxelsNoneAndTheSeed) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 4);
+  const auto effect = [&](const IntensityRange& range, const Mark& seed, const Volume& image) {
+    return effect_of(range, image, kVoxelCells, seed, EvidenceSettings().image_smoothing, run_serially());
+  };
+  const Mark in_object = inside({0, 0, 0}, 6), beside = inside({0, 20, 0}, 3);
+  EXPECT_EQ(effect({}, in_object, scene.image), RangeEffect::Limits);
+  EXPECT_EQ(effect({120, 180}, in_object, scene.image), RangeEffect::Limits);
+  EXPECT_EQ(effect({147, 153}, in_object, scene.image), RangeEffect::Limits) << "noise is smoothed";
+  EXPECT_EQ(effect({20, 80}, in_object, scene.image), RangeEffect::WithoutSeed);
+  EXPECT_EQ(effect({20, 80}, beside, scene.image), RangeEffect::Limits);
+  EXPECT_EQ(effect({20, 80}, inside({0.5, 0.5, 0.5}, 0.01), scene.image), RangeEffect::WithoutSeed);
+  EXPECT_EQ(effect({120, 180}, inside({9, 0, 0}, 6), scene.image), RangeEffect::Limits) << "a part is outside";
+  EXPECT_EQ(effect({120, 180}, inside({23, 23, 23}, 400), scene.image), RangeEffect::WithoutSeed);
+  EXPECT_EQ(effect({-1000, 1000}, in_object, scene.image), RangeEffect::AllVoxels);
+  EXPECT_EQ(effect({2000, 3000}, in_object, scene.image), RangeEffect::NoVoxel);
+  Volume damaged = scene.image;
+  damaged.voxels<float>()[7] = NAN;
+  EXPECT_EQ(effect({-1000, 1000}, in_object, damaged), RangeEffect::AllVoxels);
+  for (const RangeEffect one :
+       {RangeEffect::Limits, RangeEffect::AllVoxels, RangeEffect::NoVoxel, RangeEffect::WithoutSeed})
+    EXPECT_EQ(range_effect_of(name_of(one)), one);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "forces/evidence.h"
+#include "gui/panels/intensity_panel.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/window/message_bar.h"
 #include "gui/window/state_chip.h"
@@ -156,6 +157,34 @@ TEST_F(FieldTest, TheOverlayReportsAMissingField) {
   const QImage before = axial().grabFramebuffer();
   window_->actions()[Act::ShowField]->trigger();
   EXPECT_NE(axial().grabFramebuffer(), before);  // the text
+}
+
+TEST_F(FieldTest, ARangeWithoutEffectIsReportedUntilItIsCorrected) {
+  open_with_field();
+  window_->panels().show_panel("Intensity");
+  const auto line = [&] {
+    for (const QLabel* label : window_->findChild<IntensityPanel*>()->findChildren<QLabel*>())
+      if (label->property("role") == "warning" && label->isVisible()) return label->text();
+    return QString();
+  };
+  bench().advance_steps(5);
+  ASSERT_TRUE(has_field());
+  EXPECT_TRUE(line().isEmpty());
+  const ItemId mesh = scene().meshes[0].id;
+  for (const auto& [range, what] : {std::pair{IntensityRange{-1e6, 1e6}, "has no effect"},
+                                    {IntensityRange{1e6, 2e6}, "nothing of the image"},
+                                    {IntensityRange{-1e6, 60}, "most of the seed"}}) {
+    ASSERT_TRUE(bench().apply(SetIntensityRange{mesh, range}));
+    bench().pause();
+    bench().advance_steps(1);
+    EXPECT_TRUE(window_->messages().text().contains(what)) << window_->messages().text().toStdString();
+    EXPECT_TRUE(line().contains(what)) << line().toStdString();
+    QApplication::processEvents();
+    if (const char* folder = std::getenv("SIMPLEXSEG_PICTURES")) window_->grab().save(QString(folder) + "/range.png");
+    ASSERT_TRUE(bench().apply(Undo{}));
+    EXPECT_TRUE(window_->messages().text().isEmpty()) << window_->messages().text().toStdString();
+    EXPECT_TRUE(line().isEmpty());
+  }
 }
 
 }  // namespace

@@ -33,6 +33,20 @@ TEST(PoseState, AFieldThatCouldNotBeSolvedIsRestored) {
   EXPECT_EQ(back->marks[0].radius_mm, 4);
 }
 
+TEST(PoseState, ARangeOfAFieldAndItsEffectAreRestored) {
+  MeshField field;
+  field.box = {{0, 0, 0}, {1, 1, 1}};
+  field.values = {7};
+  field.marks = {{MarkKind::Inside, {1, 2, 3}, 4, {0, 0, 0}}};
+  EXPECT_EQ(field_from_bytes(field_bytes(field))->range_effect, RangeEffect::Limits);
+  field.intensity_range = {-5, 80};
+  field.range_effect = RangeEffect::WithoutSeed;
+  const auto back = field_from_bytes(field_bytes(field));
+  EXPECT_EQ(back->intensity_range, field.intensity_range);
+  EXPECT_EQ(back->range_effect, field.range_effect);
+  EXPECT_TRUE(back->needs_warning());
+}
+
 TEST(PlainCbor, IsOneItemOfDefiniteLength) {
   EXPECT_NO_THROW(expect_plain_cbor("\x01"));
   EXPECT_NO_THROW(expect_plain_cbor("\x80"));

@@ -59,5 +59,29 @@ TEST(IntensityRanges, OfLockedSegmentationsAndEmptyOnesAreRefused) {
   EXPECT_NE(refusal(*session, SetIntensityRange{mesh, {0, 5}}).find("locked"), std::string::npos);
 }
 
+TEST(IntensityRanges, WithoutEffectOrSeedAreReportedOnce) {
+  const auto session = open_with_field();
+  session->advance_steps(20);
+  const ItemId mesh = first_mesh(*session).id;
+  const double centre = ball_image().sample(first_mesh(*session).seed.centre_mm);
+  const auto warning_of = [&](const IntensityRange& range) {
+    session->apply(SetIntensityRange{mesh, range});
+    std::string all;
+    for (const std::string& line : session->advance_steps(1).warnings) all += line + "\n";
+    return all;
+  };
+  EXPECT_NE(warning_of({-1e6, 1e6}).find("'ball' contains the whole image and has no effect. Narrow"),
+            std::string::npos);
+  EXPECT_TRUE(first_mesh(*session).field->needs_warning());
+  session->apply(AddPoint{mesh, {0, 0, 0}, MarkKind::Inside, 3});
+  EXPECT_TRUE(session->advance_steps(1).warnings.empty()) << "stated once for a range";
+  EXPECT_NE(warning_of({1e6, 2e6}).find("contains nothing of the image"), std::string::npos);
+  const std::string seed = warning_of({-1e6, 0.5 * centre});
+  EXPECT_NE(seed.find("excludes most of the seed"), std::string::npos) << seed;
+  EXPECT_EQ(std::ranges::count(seed, '\n'), 1) << "one line, without a second one about its result";
+  EXPECT_EQ(warning_of({0.5 * centre, kInfinity}).find("range"), std::string::npos);
+  EXPECT_EQ(first_mesh(*session).field->range_effect, RangeEffect::Limits);
+}
+
 }  // namespace
 }  // namespace simplexseg

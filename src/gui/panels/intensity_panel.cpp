@@ -17,6 +17,7 @@
 #include "gui/look/widgets.h"
 #include "gui/panels/intensity_plot.h"
 #include "gui/workbench/workbench.h"
+#include "session/step_messages.h"
 
 namespace simplexseg {
 namespace {
@@ -94,7 +95,8 @@ IntensityPanel::IntensityPanel(Workbench& workbench, ActionTable& actions, QWidg
       low_(new LimitBox(this, IntensityRange{}.low)),
       high_(new LimitBox(this, IntensityRange{}.high)),
       remove_(new QPushButton(tr("No limits"), this)),
-      title_(new QLabel(this)) {
+      title_(new QLabel(this)),
+      hint_(new QLabel(this)) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
   layout->addWidget(title_);
@@ -119,13 +121,8 @@ IntensityPanel::IntensityPanel(Workbench& workbench, ActionTable& actions, QWidg
   remove_->setToolTip(tr("Allow all intensities"));
   buttons->addWidget(remove_);
   layout->addLayout(buttons);
-  auto* hint =
-      new QLabel(tr("Only tissue with these intensities belongs to the segmentation, except where it is marked "
-                    "or painted. Enclosed spots are filled."),
-                 this);
-  hint->setWordWrap(true);
-  set_role(hint, "dim");
-  layout->addWidget(hint);
+  hint_->setWordWrap(true);
+  layout->addWidget(hint_);
   connect(plot_, &IntensityPlot::dragged, this, [this] {
     if (!workbench_.view.range_preview) dragged_mesh_ = workbench_.view.active_mesh;
     show_limits(plot_->range());
@@ -148,6 +145,10 @@ IntensityPanel::IntensityPanel(Workbench& workbench, ActionTable& actions, QWidg
   connect(remove_, &QPushButton::clicked, this, [this] { apply({}); });
   for (const auto signal : {&Workbench::scene_changed, &Workbench::view_changed, &Workbench::volume_changed})
     connect(&workbench_, signal, this, &IntensityPanel::refresh);
+  connect(&workbench_, &Workbench::advanced, this, [this] {
+    const MeshItem* const item = workbench_.active_mesh();
+    if (item && item->has_field() && item->field != object_) refresh();
+  });
   refresh();
 }
 
@@ -212,6 +213,13 @@ void IntensityPanel::refresh() {
                   : unit.isEmpty() ? tr("Range of intensities of %1").arg(text(item->name))
                                    : tr("Range of intensities of %1, %2").arg(text(item->name), unit));
   const IntensityRange range = item ? item->intensity_range : IntensityRange{};
+  const MeshField* const field = item ? item->field.get() : nullptr;
+  const std::string warning =
+      field && field->intensity_range == range ? range_warning(item->name, field->range_effect) : std::string();
+  set_role(hint_, warning.empty() ? "dim" : "warning");
+  hint_->setText(!warning.empty() ? text(warning)
+                                  : tr("Only tissue with these intensities belongs to the segmentation, except where "
+                                       "it is marked or painted. Enclosed spots are filled."));
   plot_->show_range(range);
   if (!workbench_.view.range_preview) show_limits(range);
 }

@@ -39,6 +39,7 @@ class IntensityPanel : public QWidget {
   LimitBox *low_, *high_;
   QPushButton* remove_;
   QLabel* title_;
+  QLabel* hint_;                             ///< explanation, or the warning about the range
   ItemId dragged_mesh_ = 0;                  ///< active when the drag of a handle began
   const void* voxels_ = nullptr;             ///< voxels of the histogram of the image
   std::shared_ptr<const MeshField> object_;  ///< field of the histogram of the object

@@ -97,6 +97,7 @@ json binary_json(const MeshField& painted) {
                 {"leaks", field.leaks},
                 {"calibrated_dice", field.expected_dice}};
   if (field.intensity_range.is_limited()) saved["intensity_range"] = range_json<json>(field.intensity_range);
+  if (field.range_effect != RangeEffect::Limits) saved["range_effect"] = name_of(field.range_effect);
   if (field.cell != kVoxelCells) saved["cell"] = field.cell;
   if (!field.problem.empty()) saved["problem"] = field.problem;
   return saved;
@@ -125,6 +126,8 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
     field->intensity_range.high = range.value("high", field->intensity_range.high);
     expect(field->intensity_range.low < field->intensity_range.high, "the range of the field is empty");
   }
+  if (saved.contains("range_effect"))
+    field->range_effect = range_effect_of(saved.at("range_effect").get<std::string>());
   field->leaks = saved.at("leaks").get<bool>();
   if (saved.contains("calibrated_dice")) field->expected_dice = saved.at("calibrated_dice").get<float>();
   return field;
