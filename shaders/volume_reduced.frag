@@ -1,7 +1,8 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
 // Enlarges an image of the largest values and their depths (volume.frag, mode 2). A value contributes where its place
-// lies between near_depth and far_depth.
+// lies between near_depth and far_depth. The depth of a place is that of its own pixel: a place hidden there does not
+// count, or a cut face that is not parallel to the screen would let places behind it through.
 layout(binding = 0) uniform sampler2D maxima;
 layout(binding = 1) uniform sampler2D far_depth;
 layout(binding = 2) uniform sampler2D near_depth;
@@ -20,14 +21,19 @@ void main() {
   vec2 at = screen * vec2(size) - 0.5;
   ivec2 corner = ivec2(floor(at));
   vec2 part = at - vec2(corner);
-  float bright = 0.0;
+  float bright = 0.0, counted = 0.0;
   for (int n = 0; n < 4; ++n) {
     ivec2 offset = ivec2(n & 1, n >> 1);
-    vec2 texel = texelFetch(maxima, clamp(corner + offset, ivec2(0), size - 1), 0).rg;
+    ivec2 place = clamp(corner + offset, ivec2(0), size - 1);
+    vec2 texel = texelFetch(maxima, place, 0).rg;
+    if (texel.r >= 0.0 && texel.g > texture(far_depth, (vec2(place) + 0.5) / vec2(size)).r) continue;
+    vec2 weights = mix(1.0 - part, part, vec2(offset));
+    float weight = weights.x * weights.y;
+    counted += weight;
     if (texel.r < 0.0 || texel.g > end || texel.g < begin) continue;
-    vec2 weight = mix(1.0 - part, part, vec2(offset));
-    bright += weight.x * weight.y * clamp((texel.r - low) / (high - low), 0.0, 1.0);
+    bright += weight * clamp((texel.r - low) / (high - low), 0.0, 1.0);
   }
   if (bright <= 0.0) discard;
+  bright /= counted;
   colour = vec4(vec3(inverted > 0.5 ? 1.0 - bright : bright), bright);
 }

@@ -52,6 +52,17 @@ TEST_F(SpaceTest, ALassoIsDrawnClosed) {
   EXPECT_FALSE(close(colour_at(empty, 0.5 * (contour.back() + contour.front())), theme::kInside, 40));
 }
 
+TEST_F(SpaceTest, ACutFaceHidesTheMaximumIntensityBehindIt) {
+  press(Act::ClipAxial);
+  const QImage cut = picture();
+  bench().view.volume_mode = VolumeMode::Maximum;
+  bench().view_edited();
+  const QImage with_volume = picture();
+  save(with_volume, "cut_maximum");
+  EXPECT_NE(with_volume, cut) << "beside the mesh, the volume is shown";
+  EXPECT_GT(share_of_ring(with_volume, colour_of(0), {0, 0, 1}, 0, 10.5, centre()), 0.99);
+}
+
 TEST_F(SpaceTest, NestedTouchingAndOverlappingMeshesHaveTheirOwnCaps) {
   const int inner = add_sphere(centre(), 5);
   const int touching = add_sphere(centre() + Vector3d(20.2, 0, 0), 8);

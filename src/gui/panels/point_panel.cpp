@@ -83,10 +83,14 @@ void PointPanel::refresh() {
       row->setIcon(0, swatch(item->colour));
       row->setIcon(1, handle_icon(point.kind, item->colour));
     }
-    // The number of strokes on a second line leaves space for the name of the segmentation.
+    // The number of strokes, or the last word of a long title, on a second line leaves space for the name.
     QString kind = title_of(point);
     row->setToolTip(1, kind);
-    if (point.is_lasso()) kind.replace(kind.lastIndexOf(", "), 2, "\n");
+    constexpr qsizetype kLongTitle = 14;  // characters
+    if (point.is_lasso())
+      kind.replace(kind.lastIndexOf(", "), 2, "\n");
+    else if (kind.size() > kLongTitle && kind.contains(' '))
+      kind.replace(kind.lastIndexOf(' '), 1, "\n");
     row->setText(1, kind);
     for (int axis = 0; axis < 3; ++axis) {
       row->setText(2 + axis, QString::number(point.position_mm[axis], 'f', decimals));
