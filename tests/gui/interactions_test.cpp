@@ -1,17 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replay of recorded interactions: one event per line, and the outcome in the last line. Positions are in mm to the
-// right and up from the crosshair in a slice, independent of the window size; times are counted in steps, independent
-// of the machine. SIMPLEXSEG_RECORD=1 records the current outcome.
+// right and up from the crosshair in a slice, or from the centre of the free plane in the 3D view, independent of the
+// window size; times are counted in steps, independent of the machine. "changes": view whose picture the event must
+// change. SIMPLEXSEG_RECORD=1 records the current outcome; SIMPLEXSEG_PICTURES: folder for a picture of each end.
+#include <QDialogButtonBox>
 #include <QDir>
 #include <QFile>
+#include <QInputDialog>
 #include <QJsonArray>
 #include <QJsonDocument>
 #include <QJsonObject>
 #include <QKeyEvent>
+#include <QKeySequenceEdit>
 #include <QMenu>
+#include <QPushButton>
+#include <QTest>
+#include <QTreeWidget>
 #include <cmath>
 #include <map>
 
+#include "gui/input/key_map.h"
+#include "gui/views/space_view.h"
+#include "gui/window/key_dialog.h"
 #include "mesh/mesh_geometry.h"
 #include "session/label_map.h"
 #include "step/simulation_parameters.h"
@@ -35,19 +45,105 @@ class InteractionsTest : public WindowTest {
     bench().open(std::move(scene), make_phantom("sphere", {}).image);
     bench().pause();
     QApplication::processEvents();
+    ASSERT_TRUE(has_keys());
+  }
+  void TearDown() override {
+    KeyMap::shared().assign({});
+    WindowTest::TearDown();
   }
 
-  SliceView& view_of(const QJsonObject& event) {
-    const QStringList names{"axial", "sagittal", "coronal"};
-    const auto n = names.indexOf(event["view"].toString());
+  View& any_view(const QString& name) {
+    const QStringList names{"axial", "sagittal", "coronal", "3D", "previous", "next"};
+    const auto n = names.indexOf(name);
     EXPECT_GE(n, 0) << "no such view";
-    return window_->views().slice(std::max(static_cast<int>(n), 0));
+    return *window_->views().every()[static_cast<std::size_t>(std::max<qsizetype>(n, 0))];
+  }
+  SliceView& view_of(const QJsonObject& event) {
+    auto* const slice = qobject_cast<SliceView*>(&any_view(event["view"].toString()));
+    EXPECT_NE(slice, nullptr) << "no slice";
+    return slice ? *slice : axial();
   }
   QPointF pixel_of(SliceView& view, const QJsonValue& place) {
     const SliceAxes axes = view.axes();
-    return view.pixel_of(bench().view.crosshair_mm + place[0].toDouble() * axes.right + place[1].toDouble() * axes.up);
+    return view.pixel_of(view.through_mm() + place[0].toDouble() * axes.right + place[1].toDouble() * axes.up);
+  }
+  /// Presses a key with modifiers, such as "Shift+F5", as the keyboard does.
+  void press(const QString& key) {
+    const QKeyCombination keys = QKeySequence(key)[0];
+    QTest::keyClick(window_->windowHandle(), keys.key(), keys.keyboardModifiers());
+  }
+  /// Gives an action another key in the dialog.
+  void change_key(const QString& act, const QString& key) {
+    press("Ctrl+K");
+    ASSERT_TRUE(wait_until([&] { return window_->findChild<KeyDialog*>() != nullptr; }));
+    auto& dialog = *window_->findChild<KeyDialog*>();
+    ASSERT_TRUE(QTest::qWaitForWindowActive(&dialog));
+    auto& list = *dialog.findChild<QTreeWidget*>();
+    for (int g = 0; g < list.topLevelItemCount(); ++g)
+      for (int n = 0; n < list.topLevelItem(g)->childCount(); ++n)
+        if (list.topLevelItem(g)->child(n)->text(0) == act) list.setCurrentItem(list.topLevelItem(g)->child(n));
+    ASSERT_TRUE(list.currentItem() && list.currentItem()->text(0) == act) << act.toStdString();
+    auto* const field = dialog.findChild<QKeySequenceEdit*>();
+    field->setFocus();
+    const QKeyCombination keys = QKeySequence(key)[0];
+    QTest::keyClick(field, keys.key(), keys.keyboardModifiers());
+    save(dialog, "dialog");
+    QTest::mouseClick(dialog.findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Ok), Qt::LeftButton);
+    ASSERT_TRUE(wait_until([&] { return !window_->findChild<KeyDialog*>(); }));
+    ASSERT_TRUE(has_keys());
+  }
+  /// Drags the arrow or a disc on the ring of the free plane by a movement in mm.
+  void drag_handle(const QJsonObject& event) {
+    SpaceView& space = window_->views().space();
+    const ScreenMap map = space.map();
+    const Eigen::Vector3d centre = bench().view.clip.free_point_mm;
+    constexpr double kRingPixels = 56;
+    const double ring_mm = event["handle"] == "ring" ? kRingPixels * map.mm_per_pixel(centre) : 0;
+    const Eigen::Vector3d from = centre + ring_mm * map.axis(0),
+                          to = from + event["by"][0].toDouble() * map.axis(0) + event["by"][1].toDouble() * map.axis(1);
+    drag(space, map.pixel(from).value(), map.pixel(to).value());
+  }
+  /// Chooses an entry of the menu of layouts or of its menu of distances.
+  void choose_layout(const QString& title) {
+    auto* const menu = window_->findChild<QMenu*>("view_layout_menu");
+    for (const QMenu* one : {static_cast<const QMenu*>(menu), static_cast<const QMenu*>(menu->findChild<QMenu*>())})
+      for (QAction* entry : one->actions())
+        if (entry->text().remove('&') == title) entry->trigger();
+    for (int n = 0; n < 5; ++n) QApplication::processEvents();
+  }
+  void edit_voxels(const QJsonObject& event) {
+    auto* const menu = window_->findChild<QMenu*>("voxel_menu");
+    if (event.contains("other")) {
+      auto* const others = menu->findChild<QMenu*>(event["edit"].toString());
+      ASSERT_NE(others, nullptr);
+      emit others->aboutToShow();
+      for (QAction* entry : others->actions())
+        if (entry->text() == event["other"].toString()) entry->trigger();
+      return;
+    }
+    menu->findChild<QAction*>(event["edit"].toString())->trigger();
+    if (!event.contains("size")) return;
+    auto* const dialog = window_->findChild<QInputDialog*>("voxel_size");
+    ASSERT_NE(dialog, nullptr);
+    dialog->setDoubleValue(event["size"].toDouble());
+    dialog->accept();
+    QApplication::processEvents();
+  }
+  /// Saves a picture to the folder SIMPLEXSEG_PICTURES, if that is set.
+  void save(QWidget& widget, const QString& what) {
+    const QString folder = qEnvironmentVariable("SIMPLEXSEG_PICTURES");
+    QApplication::processEvents();
+    if (!folder.isEmpty()) widget.grab().save(folder + "/" + playing_ + "_" + what + ".png");
   }
   void play(const QJsonObject& event) {
+    if (!event.contains("changes")) return act_out(event);
+    View& view = any_view(event["changes"].toString());
+    const QImage before = view.grabFramebuffer();
+    act_out(event);
+    QApplication::processEvents();
+    EXPECT_NE(view.grabFramebuffer(), before) << QJsonDocument(event).toJson().toStdString();
+  }
+  void act_out(const QJsonObject& event) {
     const std::map<QString, Act> acts{{"undo", Act::Undo},
                                       {"redo", Act::Redo},
                                       {"duplicate mesh", Act::DuplicateMesh},
@@ -56,6 +152,7 @@ class InteractionsTest : public WindowTest {
                                       {"lasso", Act::Lasso},
                                       {"smart", Act::SmartBrush},
                                       {"local", Act::LocalMarks},
+                                      {"lock", Act::LockMesh},
                                       {"delete", Act::DeletePoint}};
     const std::map<QString, Act> tools{
         {"seed", Act::ToolSeed},     {"point", Act::ToolPoint},     {"crosshair", Act::ToolCrosshair},
@@ -70,7 +167,15 @@ class InteractionsTest : public WindowTest {
     } else if (event.contains("act")) {
       window_->actions()[acts.at(event["act"].toString())]->trigger();
     } else if (event.contains("edit")) {
-      window_->findChild<QMenu*>("voxel_menu")->findChild<QAction*>(event["edit"].toString())->trigger();
+      edit_voxels(event);
+    } else if (event.contains("press")) {
+      press(event["press"].toString());
+    } else if (event.contains("change key")) {
+      change_key(event["change key"].toString(), event["to"].toString());
+    } else if (event.contains("handle")) {
+      drag_handle(event);
+    } else if (event.contains("layout")) {
+      choose_layout(event["layout"].toString());
     } else if (event.contains("key")) {
       const QString key = event["key"].toString();
       const int code = key == "Escape" ? static_cast<int>(Qt::Key_Escape) : key[0].unicode();
@@ -127,18 +232,63 @@ class InteractionsTest : public WindowTest {
       measurements << lines.join(", ");
     }
     const UndoHistory& history = bench().session().history();
-    return {{"meshes", meshes},
-            {"measurements", measurements},
-            {"labels", counts},
-            {"points", kinds},
-            {"undo", static_cast<int>(history.undo_names().size())},
-            {"redo", static_cast<int>(history.redo_names().size())}};
+    QJsonObject result{{"meshes", meshes},
+                       {"measurements", measurements},
+                       {"labels", counts},
+                       {"points", kinds},
+                       {"undo", static_cast<int>(history.undo_names().size())},
+                       {"redo", static_cast<int>(history.redo_names().size())}};
+    if (const QJsonObject display = this->display(); !display.isEmpty()) result["display"] = display;
+    return result;
   }
+  /// Differences from the display of a new window: layout, cutting planes, volume in 3D, keys.
+  QJsonObject display() {
+    const ViewState& view = bench().view;
+    QJsonObject shown;
+    const ViewGrid& views = window_->views();
+    if (views.view_layout() != ViewLayout::Four)
+      shown["layout"] = QJsonArray{static_cast<int>(views.view_layout()), views.main_view(), view.neighbour_step};
+    if (view.volume_mode != VolumeMode::Off) shown["volume"] = static_cast<int>(view.volume_mode);
+    if (!view.clip.image_on_caps) shown["plain_caps"] = true;
+    if (view.clip.any()) {
+      QJsonArray planes;
+      for (std::size_t n = 0; n < kCutPlanes; ++n)
+        planes << (!view.clip.on[n] ? "off" : view.clip.flipped[n] ? "flipped" : "on");
+      shown["planes"] = planes;
+    }
+    if (view.clip.on[3]) {
+      const ScreenMap map = window_->views().space().map();
+      const Eigen::Vector3d from_crosshair = view.clip.free_point_mm - view.crosshair_mm;
+      QJsonArray position, normal;
+      for (int a = 0; a < 3; ++a) {
+        position << std::round(10 * from_crosshair.dot(map.axis(a))) / 10;
+        normal << std::round(100 * view.clip.free_normal.dot(map.axis(a))) / 100;
+      }
+      shown["free_plane"] = QJsonObject{{"position_mm", position}, {"normal", normal}};
+    }
+    QJsonObject keys;
+    for (const auto& [act, key] : KeyMap::shared().keys().changed()) keys[name_of(act)] = key.toString();
+    if (!keys.isEmpty()) shown["keys"] = keys;
+    return shown;
+  }
+  QString playing_;  ///< name of the recording
 };
+
+/// Compares displays; the free plane follows the mouse to a pixel.
+void expect_similar_display(QJsonObject got, QJsonObject expected) {
+  const QJsonObject plane = got.take("free_plane").toObject(), recorded = expected.take("free_plane").toObject();
+  EXPECT_EQ(got, expected) << QJsonDocument(got).toJson().toStdString();
+  ASSERT_EQ(plane.isEmpty(), recorded.isEmpty());
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(plane["position_mm"][a].toDouble(), recorded["position_mm"][a].toDouble(), 1);
+    EXPECT_NEAR(plane["normal"][a].toDouble(), recorded["normal"][a].toDouble(), 0.06);
+  }
+}
 
 /// Compares outcomes with tolerances for rounding, which differs between compilers and processors.
 void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
   for (const char* exact : {"points", "undo", "redo"}) EXPECT_EQ(got[exact], expected[exact]) << exact;
+  expect_similar_display(got["display"].toObject(), expected["display"].toObject());
   EXPECT_EQ(got["measurements"].toArray(), expected["measurements"].toArray());
   const QJsonArray meshes = got["meshes"].toArray(), recorded = expected["meshes"].toArray();
   ASSERT_EQ(meshes.size(), recorded.size());
@@ -158,13 +308,36 @@ void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
     EXPECT_NEAR(labels[label].toInt(), recorded_labels[label].toInt(), 0.015 * recorded_labels[label].toInt());
 }
 
-/// Undoes and redoes all actions, and compares the measurements of each state, bit for bit.
-void expect_same_measurements_after_undo(Workbench& bench) {
-  std::vector<std::vector<Measurement>> states{bench.scene().measurements};
-  while (bench.session().can_undo()) bench.apply(Undo{}), states.push_back(bench.scene().measurements);
+/// Compares two states of a scene, bit for bit.
+void expect_same_bits(const Scene& a, const Scene& b) {
+  EXPECT_EQ(a.measurements, b.measurements);
+  ASSERT_EQ(a.meshes.size(), b.meshes.size());
+  for (std::size_t m = 0; m < a.meshes.size(); ++m) {
+    EXPECT_EQ(a.meshes[m].name, b.meshes[m].name);
+    EXPECT_EQ(a.meshes[m].locked, b.meshes[m].locked);
+    EXPECT_EQ(a.meshes[m].mesh.positions, b.meshes[m].mesh.positions);
+    EXPECT_EQ(a.meshes[m].intensity_range, b.meshes[m].intensity_range);
+    ASSERT_EQ(a.meshes[m].has_field(), b.meshes[m].has_field());
+    if (a.meshes[m].has_field()) {
+      EXPECT_EQ(a.meshes[m].field->values, b.meshes[m].field->values);
+    }
+  }
+  ASSERT_EQ(a.points.size(), b.points.size());
+  for (std::size_t p = 0; p < a.points.size(); ++p) {
+    EXPECT_EQ(a.points[p].position_mm, b.points[p].position_mm);
+    EXPECT_EQ(a.points[p].path_mm, b.points[p].path_mm);
+    EXPECT_EQ(a.points[p].radius_mm, b.points[p].radius_mm);
+  }
+}
+
+/// Undoes all actions and redoes them, and compares each state.
+void expect_same_bits_after_undo(Workbench& bench) {
+  std::vector<Scene> states{bench.scene()};
+  while (bench.session().can_undo()) bench.apply(Undo{}), states.push_back(bench.scene());
+  EXPECT_TRUE(bench.scene().meshes.empty() && bench.scene().points.empty() && bench.scene().measurements.empty());
   for (auto state = states.rbegin(); state != states.rend(); ++state) {
-    EXPECT_EQ(bench.scene().measurements, *state);
-    bench.apply(Redo{});
+    expect_same_bits(bench.scene(), *state);
+    if (state + 1 != states.rend()) bench.apply(Redo{});
   }
 }
 
@@ -172,6 +345,8 @@ TEST_F(InteractionsTest, RecordedInteractionsHaveTheSameOutcome) {
   ASSERT_GE(all_interactions().size(), 3);
   for (const QString& name : all_interactions()) {
     SCOPED_TRACE(name.toStdString());
+    playing_ = name.section('.', 0, 0);
+    KeyMap::shared().assign({});
     window_.reset();
     SetUp();
     QFile file(interactions_folder() + name);
@@ -194,6 +369,7 @@ TEST_F(InteractionsTest, RecordedInteractionsHaveTheSameOutcome) {
     }
     file.close();
     EXPECT_GT(played, 5);
+    save(*window_, "end");
     if (qEnvironmentVariableIsSet("SIMPLEXSEG_RECORD")) {
       ASSERT_TRUE(file.open(QIODevice::WriteOnly));
       file.write(events + QJsonDocument(QJsonObject{{"outcome", outcome()}}).toJson(QJsonDocument::Compact) + '\n');
@@ -201,7 +377,7 @@ TEST_F(InteractionsTest, RecordedInteractionsHaveTheSameOutcome) {
     }
     ASSERT_FALSE(expected.isEmpty()) << "nothing was recorded";
     expect_similar(outcome(), expected);
-    if (!expected["measurements"].toArray().isEmpty()) expect_same_measurements_after_undo(bench());
+    expect_same_bits_after_undo(bench());
   }
 }
 
