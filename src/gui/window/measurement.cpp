@@ -9,6 +9,7 @@
 #include <QTimer>
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <numeric>
 #include <optional>
 
@@ -163,6 +164,7 @@ std::uint64_t bytes_read_back(MainWindow& window) { return window.workbench().se
 struct Part {
   FrameStatistics::Record frames;
   std::uint64_t bytes, bytes_to_begin;  ///< read back after the start of the drag, and at its start, for undo
+  double cpu_s;                         ///< computing time of all threads
 };
 /// Measures for `seconds` and drags `point`, if there is one.
 Part measure_part(MainWindow& window, double seconds, std::optional<ItemId> point) {
@@ -170,18 +172,23 @@ Part measure_part(MainWindow& window, double seconds, std::optional<ItemId> poin
   const double end_s = FrameStatistics::now_s() + seconds;
   const std::uint64_t before = bytes_read_back(window);
   Part part{};
+  const std::clock_t cpu = std::clock();
   statistics.start_recording();
   if (point)
     part.bytes_to_begin = drag_point(window, *point, end_s);
   else
     wait_until_s(end_s);
   part.frames = statistics.stop_recording();
+  part.cpu_s = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
   part.bytes = bytes_read_back(window) - before - part.bytes_to_begin;
   return part;
 }
 
 QJsonObject describe(const Part& part) {
   QJsonObject json = describe(part.frames);
+  // Unlike the time of a frame, it hardly depends on other programs.
+  json["cpu_ms_per_frame"] =
+      1e3 * part.cpu_s / static_cast<double>(std::max<std::size_t>(1, part.frames.frame_s.size()));
   json["bytes_read_back"] = static_cast<qint64>(part.bytes);
   json["bytes_read_back_to_begin"] = static_cast<qint64>(part.bytes_to_begin);
   return json;
