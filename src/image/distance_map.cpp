@@ -57,11 +57,14 @@ class Envelope {
 };
 
 /// Calls report(offset, mm) for each voxel for which selected(offset) is true. `mm`: distance of the voxel to the
-/// nearest set voxel of `to`. Requires orthogonal axes.
+/// nearest set voxel of `to`; infinite or above `limit_mm` if that is farther than `limit_mm`. Requires orthogonal
+/// axes.
 template <class Selected, class Report>
 void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& box, const Eigen::Vector3d& spacing_mm,
-                         Selected&& selected, Report&& report) {
+                         double limit_mm, Selected&& selected, Report&& report) {
   const auto [ni, nj, nk] = box.size;
+  // A parabola above the squared limit is the lowest at no voxel within the limit, whatever the rounding.
+  const double most = limit_mm * limit_mm * (1 + 1e-3);
   std::vector<double> squared(box.voxel_count());
   Envelope envelope(std::max(nj, nk));
   const double far = 2.0 * ni;
@@ -75,16 +78,22 @@ void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& bo
       distance = far;
       for (int i = ni - 1; i >= 0; --i) {
         distance = sites[i] ? 0 : distance + 1;
-        const double d = std::min(row[i], distance);
-        row[i] = d >= far ? kInfinity : (spacing_mm[0] * d) * (spacing_mm[0] * d);
+        const double d = std::min(row[i], distance), mm2 = (spacing_mm[0] * d) * (spacing_mm[0] * d);
+        row[i] = d >= far || mm2 > most ? kInfinity : mm2;
       }
     }
     for (int i = 0; i < ni; ++i) {
       double* column = plane + i;
+      bool all_set = true;
+      for (int j = 0; all_set && j < nj; ++j) all_set = column[static_cast<std::size_t>(j) * ni] == 0;
+      if (all_set) continue;
       envelope.build(nj, spacing_mm[1], [&, ni = ni](int q) { return column[static_cast<std::size_t>(q) * ni]; });
       if (envelope.empty()) continue;
       envelope.rewind();
-      for (int j = 0; j < nj; ++j) column[static_cast<std::size_t>(j) * ni] = envelope(j);
+      for (int j = 0; j < nj; ++j) {
+        const double mm2 = envelope(j);
+        column[static_cast<std::size_t>(j) * ni] = mm2 > most ? kInfinity : mm2;
+      }
     }
   }
   // Evaluates the last pass only at selected voxels. Copies slabs of constant j, because reading lines along k would
@@ -209,18 +218,18 @@ std::vector<double> distances_between(const std::vector<std::uint8_t>& from, con
     return point_distances(points_of(from, box, mm_from_index), points_of(to, box, mm_from_index));
   std::vector<double> distances;
   separable_distances(
-      to, box, mm_from_index.colwise().norm(), [&](std::size_t v) { return from[v] != 0; },
+      to, box, mm_from_index.colwise().norm(), kInfinity, [&](std::size_t v) { return from[v] != 0; },
       [&](std::size_t, double mm) { distances.push_back(mm); });
   return distances;
 }
 
 std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const VoxelBox& box,
-                                const Eigen::Matrix3d& mm_from_index) {
-  SIMPLEXSEG_EXPECT(to.size() == box.voxel_count());
+                                const Eigen::Matrix3d& mm_from_index, double limit_mm) {
+  SIMPLEXSEG_EXPECT(to.size() == box.voxel_count() && limit_mm > 0);
   std::vector<float> map(box.voxel_count());
   if (are_orthogonal(mm_from_index)) {
     separable_distances(
-        to, box, mm_from_index.colwise().norm(), [](std::size_t) { return true; },
+        to, box, mm_from_index.colwise().norm(), limit_mm, [&](std::size_t v) { return to[v] == 0; },
         [&](std::size_t v, double mm) { map[v] = static_cast<float>(mm); });
   } else {
     const std::vector<std::uint8_t> all(box.voxel_count(), 1);
@@ -228,6 +237,9 @@ std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const Voxel
         point_distances(points_of(all, box, mm_from_index), points_of(to, box, mm_from_index));
     std::copy(distances.begin(), distances.end(), map.begin());
   }
+  if (limit_mm < kInfinity)
+    for (float& mm : map)
+      if (mm > limit_mm) mm = std::numeric_limits<float>::infinity();
   return map;
 }
 

@@ -33,9 +33,10 @@ struct VoxelBox {
 std::vector<double> distances_between(const std::vector<std::uint8_t>& from, const std::vector<std::uint8_t>& to,
                                       const VoxelBox& box, const Eigen::Matrix3d& mm_from_index);
 /// Distance (mm, between voxel centres) of every voxel of the box to the nearest set voxel of `to`, in the order of the
-/// box; infinite if `to` is empty.
+/// box; infinite if `to` is empty. Distances above `limit_mm` (> 0) are infinite and need less time.
 std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const VoxelBox& box,
-                                const Eigen::Matrix3d& mm_from_index);
+                                const Eigen::Matrix3d& mm_from_index,
+                                double limit_mm = std::numeric_limits<double>::infinity());
 
 /// True if the axes are orthogonal up to cosines of 1e-5, which allows for file headers of 6 or 7 digits.
 bool are_orthogonal(const Eigen::Matrix3d& mm_from_index);

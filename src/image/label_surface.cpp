@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/error.h"
 #include "core/expect.h"
@@ -90,10 +91,27 @@ void restore_volume(SimplexMesh& mesh, double volume_mm3, double max_mm) {
   }
 }
 
-/// Neighbours along the edges of the tetrahedra of iso_surface(): one step along any set of axes, all forwards or all
-/// backwards.
-constexpr int kSteps[14][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},   {0, 1, 1},   {1, 0, 1},   {1, 1, 1},
-                               {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}, {-1, -1, 0}, {0, -1, -1}, {-1, 0, -1}, {-1, -1, -1}};
+/// Set voxels of a row (j + k * size[1]) that follow each other along i.
+struct RunOfVoxels {
+  std::size_t row;
+  int first, end;  ///< along i; `end` is not set
+};
+
+std::vector<RunOfVoxels> set_runs(const Mask& mask) {
+  const int ni = mask.geometry.size[0];
+  std::vector<RunOfVoxels> runs;
+  const std::size_t rows = mask.voxels.size() / static_cast<std::size_t>(ni);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::uint8_t* const voxels = mask.voxels.data() + row * static_cast<std::size_t>(ni);
+    for (int i = 0; i < ni;) {
+      const std::uint8_t* const set = std::find_if(voxels + i, voxels + ni, [](std::uint8_t v) { return v != 0; });
+      const std::uint8_t* const end = std::find(set, voxels + ni, std::uint8_t{0});
+      if (set != end) runs.push_back({row, static_cast<int>(set - voxels), static_cast<int>(end - voxels)});
+      i = static_cast<int>(end - voxels);
+    }
+  }
+  return runs;
+}
 
 }  // namespace
 
@@ -107,27 +125,54 @@ std::vector<float> smoothed_voxels(const std::vector<std::uint8_t>& set, const V
 }
 
 std::vector<std::vector<std::size_t>> connected_components(const Mask& mask) {
-  const auto& size = mask.geometry.size;
-  std::vector<std::uint8_t> remaining = mask.voxels;
-  std::vector<std::vector<std::size_t>> parts;
-  for (std::size_t start = 0; start < remaining.size(); ++start) {
-    if (!remaining[start]) continue;
-    std::vector<std::size_t>& part = parts.emplace_back(1, start);
-    remaining[start] = 0;
-    for (std::size_t next = 0; next < part.size(); ++next) {
-      const std::size_t row = part[next] / static_cast<std::size_t>(size[0]);
-      const int at[3] = {static_cast<int>(part[next] % static_cast<std::size_t>(size[0])),
-                         static_cast<int>(row % static_cast<std::size_t>(size[1])),
-                         static_cast<int>(row / static_cast<std::size_t>(size[1]))};
-      for (const auto& step : kSteps) {
-        const int to[3] = {at[0] + step[0], at[1] + step[1], at[2] + step[2]};
-        bool within = true;
-        for (int a = 0; a < 3; ++a) within = within && to[a] >= 0 && to[a] < size[a];
-        const std::size_t v = (static_cast<std::size_t>(to[2]) * size[1] + to[1]) * size[0] + to[0];
-        if (within && remaining[v]) remaining[v] = 0, part.push_back(v);
+  const auto [ni, nj, nk] = mask.geometry.size;
+  const std::vector<RunOfVoxels> runs = set_runs(mask);
+  // Union by the earlier run, so that a root is the first run of its part.
+  std::vector<std::uint32_t> root(runs.size());
+  std::iota(root.begin(), root.end(), 0u);
+  const auto find = [&](std::uint32_t run) {
+    while (root[run] != run) run = root[run] = root[root[run]];
+    return run;
+  };
+  const auto join_rows = [&](std::size_t a, std::size_t a_end, std::size_t b, std::size_t b_end) {
+    while (a < a_end && b < b_end) {
+      // A voxel has the neighbours i and i + 1 in a row forwards.
+      if (runs[b].first <= runs[a].end && runs[a].first < runs[b].end) {
+        const std::uint32_t x = find(static_cast<std::uint32_t>(a)), y = find(static_cast<std::uint32_t>(b));
+        root[std::max(x, y)] = std::min(x, y);
       }
+      runs[a].end < runs[b].end ? ++a : ++b;
     }
+  };
+  std::vector<std::size_t> row_start(static_cast<std::size_t>(nj) * nk + 1, runs.size());
+  for (std::size_t run = runs.size(), row = row_start.size() - 1; row-- > 0;) {
+    while (run > 0 && runs[run - 1].row >= row) --run;
+    row_start[row] = run;
   }
+  const auto join = [&](std::size_t a, std::size_t b) {
+    join_rows(row_start[a], row_start[a + 1], row_start[b], row_start[b + 1]);
+  };
+  for (int k = 0; k < nk; ++k)
+    for (int j = 0; j < nj; ++j) {
+      const std::size_t row = static_cast<std::size_t>(k) * nj + j;
+      if (j + 1 < nj) join(row, row + 1);
+      if (k + 1 < nk) join(row, row + nj);
+      if (j + 1 < nj && k + 1 < nk) join(row, row + nj + 1);
+    }
+  std::vector<std::vector<std::size_t>> parts;
+  std::vector<std::uint32_t> part_of(runs.size());
+  std::vector<std::size_t> counts;
+  for (std::uint32_t run = 0; run < runs.size(); ++run) {
+    const std::uint32_t first = find(run);
+    if (first == run) part_of[run] = static_cast<std::uint32_t>(counts.size()), counts.push_back(0);
+    part_of[run] = part_of[first];
+    counts[part_of[run]] += static_cast<std::size_t>(runs[run].end - runs[run].first);
+  }
+  parts.resize(counts.size());
+  for (std::size_t part = 0; part < parts.size(); ++part) parts[part].reserve(counts[part]);
+  for (std::size_t run = 0; run < runs.size(); ++run)
+    for (int i = runs[run].first; i < runs[run].end; ++i)
+      parts[part_of[run]].push_back(runs[run].row * static_cast<std::size_t>(ni) + static_cast<std::size_t>(i));
   std::stable_sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return parts;
 }

@@ -51,9 +51,10 @@ void move_surface(Mask& mask, double distance_mm) {
   const VoxelBox box{{0, 0, 0}, mask.geometry.size};
   const Eigen::Matrix3d mm_from_index = mask.geometry.world_from_index().linear();
   const bool grows = distance_mm > 0;
-  const std::vector<float> to_other_mm =
-      distance_map(grows ? mask.voxels : complement(mask.voxels), box, mm_from_index);
   const auto reach_mm = static_cast<float>(std::abs(distance_mm) * (1 + 1e-6));
+  if (reach_mm == 0) return;
+  const std::vector<float> to_other_mm =
+      distance_map(grows ? mask.voxels : complement(mask.voxels), box, mm_from_index, reach_mm);
   for (std::size_t v = 0; v < mask.voxels.size(); ++v)
     if (to_other_mm[v] <= reach_mm) mask.voxels[v] = grows;
 }
@@ -62,10 +63,14 @@ void smooth_mask(Mask& mask, double deviation_mm) {
   const VoxelBox box{{0, 0, 0}, mask.geometry.size};
   std::array<double, 3> deviation_voxels;
   for (int a = 0; a < 3; ++a) deviation_voxels[a] = deviation_mm / mask.geometry.spacing_mm[a];
-  std::vector<float> share(mask.voxels.begin(), mask.voxels.end()), all(share.size(), 1);
+  std::vector<float> share(mask.voxels.begin(), mask.voxels.end());
   smooth_gaussian(share, box, deviation_voxels);
-  smooth_gaussian(all, box, deviation_voxels);  // below 1 near the sides of the volume, which do not shrink the object
-  for (std::size_t v = 0; v < mask.voxels.size(); ++v) mask.voxels[v] = share[v] > 0.5f * all[v];
+  // Below 1 near the sides of the volume, which do not shrink the object.
+  const GaussianOfOnes all(box, deviation_voxels);
+  std::size_t v = 0;
+  for (int k = 0; k < box.size[2]; ++k)
+    for (int j = 0; j < box.size[1]; ++j)
+      for (int i = 0; i < box.size[0]; ++i, ++v) mask.voxels[v] = share[v] > 0.5f * all(i, j, k);
 }
 
 void remove_parts(Mask& mask, std::size_t least_voxels) {
