@@ -199,7 +199,8 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
       .def_property("label", member_of(&MeshItem::label), edit(&EditMesh::label), "Label of its voxels, 1 to 65535.")
       .def_property("visible", member_of(&MeshItem::visible), edit(&EditMesh::visible),
                     "Whether pictures and the window show it.")
-      .def_property("locked", member_of(&MeshItem::locked), edit(&EditMesh::locked), "Whether its pose is fixed.")
+      .def_property("locked", member_of(&MeshItem::locked), edit(&EditMesh::locked),
+                    "Whether its pose, points, paint and range of intensities are fixed.")
       .def_property("opacity", member_of(&MeshItem::opacity), edit(&EditMesh::opacity),
                     "Opacity in 3D, above 0 and at most 1.")
       .def_property("colour", &colour_of, &set_colour, "Colour (red, green, blue), 0 to 255.")
@@ -317,17 +318,20 @@ void bind_point_item(py::class_<ScenePoint>& item) {
           [](const ScenePoint& point, const py::object& position) {
             apply(*point.session, MovePoint{point.id, vector_of(position, "position")});
           },
-          py::arg("position"), "Moves the point to a position in mm, LPS. Raises Error for a mark outside the volume.")
+          py::arg("position"),
+          "Moves the point to a position in mm, LPS. Raises Error for a mark outside the volume, and for a locked "
+          "mesh.")
       .def(
           "resize",
           [](const ScenePoint& point, double radius) {
             apply(*point.session, ResizePoint{point.id, radius});
           },
           py::arg("radius"),
-          "Sets the radius, mm, of an inside or outside point. Raises Error for a value out of range.")
+          "Sets the radius, mm, of an inside or outside point. Raises Error for a value out of range, and for a locked "
+          "mesh.")
       .def(
           "delete", [](const ScenePoint& point) { apply(*point.session, DeletePoint{point.id}); },
-          "Deletes the point.");
+          "Deletes the point. Raises Error for a locked mesh.");
 }
 
 }  // namespace

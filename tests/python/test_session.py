@@ -353,6 +353,33 @@ def test_names_of_a_label_preset_have_labels_and_codes(session, tmp_path):
     assert session.label_preset == "" and ball.label == 3
 
 
+def test_points_of_a_locked_mesh_stay(session):
+    mesh = session.meshes[0]
+    point = mesh.add_point(mesh.mesh.centroid, "inside", radius=2)
+    mesh.locked = True
+    with pytest.raises(Error, match="it is locked; unlock it first"):
+        point.move(np.asarray(point.position) + 1)
+    with pytest.raises(Error, match="locked"):
+        point.resize(3)
+    with pytest.raises(Error, match="locked"):
+        point.delete()
+    mesh.locked = False
+    point.delete()
+
+
+def test_a_range_without_effect_is_a_warning():
+    image = np.full((24, 24, 24), 20, np.int16)
+    image[6:18, 6:18, 6:18] = 120
+    with Session(Volume(image)) as session:
+        mesh = session.add_mesh("cube", centre=(12, 12, 12), radius=4)
+        mesh.intensity_range = (-1000, 1000)
+        with pytest.warns(simplexseg.DataWarning, match="'cube' contains the whole image and has no effect"):
+            session.run(5)
+        mesh.intensity_range = (0, 50)
+        with pytest.warns(simplexseg.DataWarning, match="excludes most of the seed"):
+            session.run(5)
+
+
 def test_voxels_are_edited_and_frozen(session):
     session.run_until_rest()
     mesh = session.meshes[0]
