@@ -53,6 +53,7 @@ TEST_F(SpaceTest, ALassoIsDrawnClosed) {
 }
 
 TEST_F(SpaceTest, ACutFaceHidesTheMaximumIntensityBehindIt) {
+  drag(space(), QPointF(100, 150), QPointF(100, 100));  // nearly along the plane
   press(Act::ClipAxial);
   const QImage cut = picture();
   bench().view.volume_mode = VolumeMode::Maximum;
