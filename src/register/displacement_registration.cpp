@@ -38,13 +38,12 @@ class Metric : public itk::MattesMutualInformationImageToImageMetricv4<FloatImag
 
 constexpr std::size_t kMaxVoxels = 1000000;  // of the grid of the field
 constexpr unsigned kLevels = 3;
-constexpr std::array<int, kLevels> kIterations{40, 20, 10};
+constexpr std::array<int, kLevels> kIterations{60, 40, 5};
 constexpr std::array<unsigned, kLevels> kShrink{4, 2, 1};
 constexpr std::array<double, kLevels> kSigma{2, 1, 0};  // voxels
 constexpr unsigned kBins = 32;                          // of the histogram of each image
-constexpr double kStep = 0.15;                          // largest displacement of an iteration, voxels
-constexpr double kUpdateVariance = 4;                   // of the Gaussian that smooths an update, voxels squared
-constexpr double kTotalVariance = 0.5;                  // of that which smooths the field
+constexpr double kStep = 0.4;                           // largest displacement of an iteration, voxels
+constexpr double kUpdateVariance = 8;                   // of the Gaussian that smooths an update, voxels squared
 
 itk::AffineTransform<double, 3>::Pointer itk_affine(const Eigen::Affine3d& affine) {
   const auto result = itk::AffineTransform<double, 3>::New();
@@ -147,7 +146,7 @@ void add_displacements(const FloatImage* fixed, const FloatImage* moving, const 
   registration->SetTransformParametersAdaptorsPerLevel(adaptors);
   registration->SetLearningRate(kStep);
   registration->SetGaussianSmoothingVarianceForTheUpdateField(kUpdateVariance);
-  registration->SetGaussianSmoothingVarianceForTheTotalField(kTotalVariance);
+  registration->SetGaussianSmoothingVarianceForTheTotalField(0);
   // All iterations run, because the value that would end them is a sum over threads.
   registration->SetConvergenceThreshold(-1e9);
   registration->SetDownsampleImagesForMetricDerivatives(true);

@@ -12,6 +12,7 @@
 #include "io/registration/registration_requests.h"
 #include "register/displacement_registration.h"
 #include "register/filters.h"
+#include "register/hdf5_transforms.h"
 #include "register/linear_registration.h"
 #include "register/progress_sender.h"
 
@@ -65,6 +66,7 @@ RequestTable register_requests() {
     const FloatImage::Pointer image = receive_image(order.image);
     response.text(FrameKind::Result, packed(filtered(image, order, progress)));
   };
+  add_request(all, kReadHdf5, read_hdf5_transforms);
   return all;
 }
 

@@ -87,7 +87,7 @@ TEST_F(TransformIo, DamagedTextIsRefusedInOneLine) {
       std::string::npos);
   EXPECT_NE(error_of([&] { read_transform(write("e.txt", "(Transform \"EulerTransform\")\n")); }).find("elastix"),
             std::string::npos);
-  EXPECT_NE(error_of([&] { read_transform(write("e.h5", "x")); }).find(".nii.gz"), std::string::npos);
+  EXPECT_NE(error_of([&] { read_transform(write("e.xfm", "x")); }).find(".nii.gz"), std::string::npos);
   EXPECT_NE(error_of([&] { read_transform(folder / "missing.tfm"); }).size(), 0u);
 }
 

@@ -100,6 +100,24 @@ TEST_F(RegistrationTest, AnAffineMapIsFoundWithEqualBitsForAnyNumberOfThreads) {
   }
 }
 
+TEST_F(RegistrationTest, AFieldHasEqualBitsForAnyNumberOfThreadsAndDoesNotFold) {
+  VolumeGeometry grid = fixed.geometry();
+  for (std::size_t a = 0; a < 3; ++a) grid.size[a] /= 3;
+  grid.spacing_mm *= 3;
+  const Volume coarse = resample_through(fixed, grid, Transform());
+  const Volume moving = resample_through(fixed, grid, Transform(known_map(centre, {3, 0, 4}, {4, -3, 2}, 1.05)));
+  std::vector<Eigen::Vector3f> first;
+  for (const int threads : {1, 3}) {
+    const RegistrationResult result =
+        register_images(coarse, moving, {.kind = RegistrationKind::Displacement, .threads = threads});
+    ASSERT_EQ(result.transform.steps().size(), 2u);
+    const auto& vectors = std::get<DisplacementField>(result.transform.steps()[0]).vectors();
+    if (first.empty()) first = vectors;
+    EXPECT_EQ(vectors, first) << threads;
+    EXPECT_EQ(jacobian_range(result.transform, grid).folded_share, 0);
+  }
+}
+
 TEST_F(RegistrationTest, AGivenStartReachesWhatTheSearchDoesNot) {
   const Eigen::Affine3d map = known_map(centre, {0, 0, 120}, {5, 0, 0});
   const Volume moving = moved(map);

@@ -5,6 +5,7 @@
 #include <itkCompositeTransform.h>
 #include <itkDisplacementFieldTransform.h>
 #include <itkEuler3DTransform.h>
+#include <itkHDF5TransformIOFactory.h>
 #include <itkImageFileReader.h>
 #include <itkImageFileWriter.h>
 #include <itkMatlabTransformIOFactory.h>
@@ -40,6 +41,7 @@ class TransformAgreement : public test::FolderTest {
   TransformAgreement() {
     itk::TxtTransformIOFactory::RegisterOneFactory();
     itk::MatlabTransformIOFactory::RegisterOneFactory();
+    itk::HDF5TransformIOFactory::RegisterOneFactory();
     itk::NiftiImageIOFactory::RegisterOneFactory();
   }
   /// Writes a transform by ITK, reads it, and compares the points of both.
@@ -78,12 +80,38 @@ TEST_F(TransformAgreement, FilesOfItkMapPointsAsItDoes) {
     compare(transform, "t.tfm");
     compare(transform, "t.txt");
     compare(transform, "t.mat");
+    compare(transform, "t.h5");
   }
   const auto composite = itk::CompositeTransform<double, 3>::New();
   composite->AddTransform(affine);
   composite->AddTransform(versor);
   composite->AddTransform(translation);
   compare(composite, "c.tfm");
+  compare(composite, "c.h5");
+}
+
+TEST_F(TransformAgreement, CompositesWithAFieldAreReadFromHdf5AndDamagedFilesRefused) {
+  using FieldTransform = itk::DisplacementFieldTransform<double, 3>;
+  const auto field = FieldTransform::DisplacementFieldType::New();
+  field->SetRegions(FieldTransform::DisplacementFieldType::SizeType{{30, 20, 25}});
+  const double origin[] = {-80, -60, -70}, spacing[] = {7, 8, 9};
+  field->SetOrigin(origin);
+  field->SetSpacing(spacing);
+  field->Allocate();
+  for (std::size_t n = 0; n < 30 * 20 * 25; ++n) {
+    const double at = static_cast<double>(n);
+    for (unsigned a = 0; a < 3; ++a)
+      field->GetBufferPointer()[n][a] = static_cast<float>(3 * std::sin(0.01 * at + a));  // exact in either precision
+  }
+  const auto warp = FieldTransform::New();
+  warp->SetDisplacementField(field);
+  const auto composite = itk::CompositeTransform<double, 3>::New();
+  composite->AddTransform(make<itk::Euler3DTransform<double>>({.3, -.4, .5, 1, 2, 3}, {10, -20, 30}));
+  composite->AddTransform(warp);
+  compare(composite, "warp.h5");
+  const std::string good = test::bytes_of(folder / "warp.h5");
+  for (const std::size_t length : {std::size_t{0}, std::size_t{100}, good.size() / 2})
+    EXPECT_FALSE(test::error_of([&] { read_transform(write("cut.h5", good.substr(0, length))); }).empty()) << length;
 }
 
 TEST_F(TransformAgreement, ItkReadsWrittenTransforms) {

@@ -18,6 +18,17 @@ WorkerLimits limits_of_images(double voxels) {
   return limits;
 }
 
+void append_step(Transform& transform, const TransformStep& step) {
+  if (step.field.size[0] <= 0) {
+    transform.append(Eigen::Affine3d(step.affine));
+    return;
+  }
+  std::vector<Eigen::Vector3f> vectors(step.vectors.size() / 3);
+  if (vectors.size() != geometry_of(step.field).voxel_count()) throw BadPacking();
+  std::memcpy(static_cast<void*>(vectors.data()), step.vectors.data(), vectors.size() * sizeof(Eigen::Vector3f));
+  transform.append(DisplacementField(geometry_of(step.field), std::move(vectors)));
+}
+
 RegistrationResult register_images(const Volume& fixed, const Volume& moving, const RegistrationSettings& settings,
                                    const std::function<void(const RegistrationProgress&)>& on_progress) {
   RegistrationOrder order{.fixed = head_of(fixed),
@@ -51,11 +62,8 @@ RegistrationResult register_images(const Volume& fixed, const Volume& moving, co
   result.metric_before = found.metric_before;
   result.metric_after = found.metric_after;
   result.levels = std::move(found.levels);
-  if (found.field.size[0] > 0) {
-    std::vector<Eigen::Vector3f> vectors(found.vectors.size() / 3);
-    std::memcpy(static_cast<void*>(vectors.data()), found.vectors.data(), vectors.size() * sizeof(Eigen::Vector3f));
-    result.transform.append(DisplacementField(geometry_of(found.field), std::move(vectors)));
-  }
+  if (found.field.size[0] > 0)
+    append_step(result.transform, {Eigen::Matrix4d::Identity(), found.field, std::move(found.vectors)});
   result.transform.append(Eigen::Affine3d(found.affine));
   return result;
 }

@@ -52,6 +52,13 @@ struct FilterResponse {
   std::vector<float> voxels;
 };
 
+/// One of the transforms of a file: an affine map, or a displacement field.
+struct TransformStep {
+  Eigen::Matrix4d affine = Eigen::Matrix4d::Identity();
+  ImageHead field;             ///< size 0 for an affine map
+  std::vector<float> vectors;  ///< x, y, z of each voxel, mm
+};
+
 template <class T, class Structure>
 concept PackedAs = std::same_as<std::remove_const_t<T>, Structure>;
 
@@ -92,7 +99,15 @@ auto fields_of(T& found) {
   return std::tie(image, voxels);
 }
 
+template <PackedAs<TransformStep> T>
+auto fields_of(T& step) {
+  auto& [affine, field, vectors] = step;
+  return std::tie(affine, field, vectors);
+}
+
 inline constexpr RequestType<RegistrationResponse, RegistrationOrder> kRegister{"register"};
+/// Transforms of an HDF5 file, in the order in which they act on a point.
+inline constexpr RequestType<std::vector<TransformStep>> kReadHdf5{"read HDF5"};
 inline constexpr RequestType<FilterResponse, FilterOrder> kFilter{"filter"};
 
 /// Grid and type of a volume.
@@ -109,6 +124,9 @@ inline VolumeGeometry geometry_of(const ImageHead& head) {
 inline std::span<const std::byte> attachment_of(const Volume& volume) {
   return {static_cast<const std::byte*>(volume.data()), volume.bytes()};
 }
+
+/// Adds a step to a transform. Throws BadPacking if its vectors are not those of its grid.
+void append_step(Transform& transform, const TransformStep& step);
 
 /// Limits of a request to simplexseg-register for images with `voxels` voxels together.
 WorkerLimits limits_of_images(double voxels);

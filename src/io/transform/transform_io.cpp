@@ -16,6 +16,7 @@
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
+#include "io/registration/registration_requests.h"
 #include "io/transform/itk_parameters.h"
 #include "io/volume/nifti.h"
 #include "io/volume/nifti_write.h"
@@ -154,6 +155,27 @@ Transform read_matlab(const fs::path& path) {
   return composed(std::move(all), name);
 }
 
+/// Reads an HDF5 file by ITK in the worker process.
+Transform read_hdf5(const fs::path& path) {
+  require_file(path);
+  WorkerLimits limits = limits_for_file(path);
+  limits.memory_bytes += std::size_t{8} << 30;  // compressed fields, and the threads of ITK
+  limits.cpu_seconds += 60;
+  const std::string what = "cannot read " + quoted(path),
+                    remedy = "save the affine part as .tfm and the displacement field as .nii.gz";
+  try {
+    WorkerRequest request(packed_request(kReadHdf5, path), path, limits, {.program = kRegisterProgram});
+    const std::vector<TransformStep> steps = result_of(request, kReadHdf5);
+    Transform transform;
+    for (const TransformStep& step : steps) append_step(transform, step);
+    return transform;
+  } catch (const WorkerFailure& failure) {
+    throw Error(what, failure.what(), remedy);
+  } catch (const BadPacking& fault) {
+    throw Error(what, fault.what(), remedy);
+  }
+}
+
 bool is_text(const std::string& extension) { return extension == ".tfm" || extension == ".txt"; }
 bool is_field(const std::string& extension) { return extension == ".nii" || extension == ".nii.gz"; }
 
@@ -168,10 +190,9 @@ Transform read_transform(const fs::path& path) {
     transform.append(read_field(path));
     return transform;
   }
+  if (extension == ".h5" || extension == ".hdf5") return read_hdf5(path);
   throw Error("cannot read " + quoted(path), "its extension is not that of a transform",
-              extension == ".h5" || extension == ".hdf5"
-                  ? "save the affine part as .tfm and the displacement field as .nii.gz"
-                  : "use .tfm, .txt, .mat, or .nii.gz for a displacement field");
+              "use .tfm, .txt, .mat, .h5, or .nii.gz for a displacement field");
 }
 
 DisplacementField read_field(const fs::path& path) {

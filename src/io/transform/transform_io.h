@@ -10,7 +10,8 @@ namespace simplexseg {
 
 /// Reads a transform: ITK's text format (.tfm, .txt) and MATLAB format (.mat, of ANTs), or a displacement field in
 /// NIfTI
-/// (.nii, .nii.gz). Throws Error for another extension, a damaged file, and a kind of transform that is not supported.
+/// (.nii, .nii.gz), and ITK's HDF5 format (.h5, of ANTs and Slicer), which simplexseg-register reads. Throws Error for
+/// another extension, a damaged file, and a kind of transform that is not supported.
 Transform read_transform(const std::filesystem::path& path);
 
 /// Writes an affine transform in ITK's text format as an AffineTransform; each number is read as exactly the same one.
