@@ -37,7 +37,7 @@ using Clock = std::chrono::steady_clock;
 /// Running worker process. The destructor kills it and deletes its temporary folder.
 class WorkerProcess {
  public:
-  explicit WorkerProcess(const WorkerProgram& program);
+  explicit WorkerProcess(const WorkerProgram& worker);
   ~WorkerProcess() {
     end(std::chrono::seconds(0));
     ::close(socket_);

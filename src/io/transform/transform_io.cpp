@@ -102,7 +102,7 @@ class MatrixReader {
       throw damaged();
     std::string label(static_cast<std::size_t>(length), '\0');
     copy(label.data(), label.size());
-    ItkParameters result{label.c_str(), {}, {}};
+    ItkParameters result{label.substr(0, label.find('\0')), {}, {}};
     for (std::int64_t n = 0; n < std::int64_t{rows} * columns; ++n) {
       if (type == 10) {
         result.parameters.push_back(static_cast<double>(number<float>()));
