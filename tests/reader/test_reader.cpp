@@ -13,7 +13,7 @@
 
 #include "core/error.h"
 #include "io/dicom/dicom_requests.h"
-#include "io/reader/run_reader.h"
+#include "io/platform/run_worker.h"
 #include "reader/test_requests.h"
 
 namespace {
@@ -36,11 +36,11 @@ std::string fail(const Path&, const std::string& manner) {
   if (manner == "print") ::puts("output of a library");
   if (manner == "garbage") {
     const std::string noise(4096, '\xa5');
-    ::send(kReaderChannel, noise.data(), noise.size(), 0);
+    ::send(kWorkerChannel, noise.data(), noise.size(), 0);
   }
   if (manner == "large") {
     const FrameHead head{.kind = FrameKind::Result, .bytes = std::uint64_t(1) << 60};
-    ::send(kReaderChannel, &head, sizeof head, 0);
+    ::send(kWorkerChannel, &head, sizeof head, 0);
   }
   if (manner == "loop") {
     for (std::atomic<unsigned> n = 0;; ++n) {
@@ -85,5 +85,5 @@ int main(int argc, char** argv) {
   add_request(table, test::kLeaveFile, leave_file);
   add_stream(table, test::kSend, send_then_fail);
   add_request(table, kDicomHeaders, scan_files);
-  return run_reader(argc, argv, table);
+  return run_worker(argc, argv, kReaderProgram, table);
 }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "io/platform/reader_request.h"
+#include "io/platform/worker_request.h"
 
 namespace simplexseg::test {
 

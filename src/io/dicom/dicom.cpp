@@ -16,7 +16,7 @@
 #include "io/dicom/dicom_volumes.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
-#include "io/platform/reader_process.h"
+#include "io/platform/worker_process.h"
 #include "io/source/stored_header.h"
 
 namespace simplexseg {
@@ -163,7 +163,7 @@ VolumeSource open_dicom_file(const fs::path& path, int volume) {
   std::vector<DicomSlice> slices;
   try {
     slices = scan_dicom(path);
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception& exception) {
     throw Error("cannot read " + quoted(path), message_of(exception), "copy or export the file again");

@@ -98,7 +98,7 @@ void add_dicomdir(const fs::path& path, FileList& files, std::vector<UnreadableE
   std::string damage = damage_of_header(path);
   try {
     if (damage.empty()) names = request_result(kDicomdirNames, path, limits_for_file(path));
-  } catch (const ReaderFailure& failure) {
+  } catch (const WorkerFailure& failure) {
     damage = failure.what();
   }
   if (!damage.empty()) throw Error("cannot read " + quoted(path), damage, "open the folder instead");

@@ -26,7 +26,7 @@ DicomIdentity read_dicom_identity(const std::filesystem::path& path) {
                 .study = texts[2],
                 .series = texts[3],
                 .transfer_syntax = texts[4]};
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception& exception) {
     throw Error(what, message_of(exception), remedy);

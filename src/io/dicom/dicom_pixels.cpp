@@ -13,7 +13,7 @@
 
 #include "io/dicom/dicom_requests.h"
 #include "io/platform/files.h"
-#include "io/platform/reader_channel.h"
+#include "io/platform/worker_channel.h"
 
 namespace simplexseg {
 namespace {
@@ -52,9 +52,9 @@ std::vector<char> decode_file(const std::filesystem::path& file, const DicomPixe
 }
 
 /// Returns the limits of the request. damage_of_fragments() has already bounded the decompressed size of each file.
-ReaderLimits decoding_limits(const std::vector<CompressedFile>& files) {
+WorkerLimits decoding_limits(const std::vector<CompressedFile>& files) {
   constexpr double min_bytes_per_second = 5e5;  // far below the speed of the slowest codec
-  ReaderLimits limits;
+  WorkerLimits limits;
   double max_memory = 0, compressed_bytes = 0;
   for (const auto& [file, pixels] : files) {
     const auto size = static_cast<double>(std::filesystem::file_size(file));
@@ -140,7 +140,7 @@ DicomFrames::DicomFrames(const std::vector<DicomSlice>& slices) {
     compressed.emplace_back(std::filesystem::absolute(slices[i].file), slices[i].pixels);
   }
   if (compressed.empty()) return;
-  decoder_ = std::make_unique<ReaderRequest>(packed_request(kDicomPixels, first, compressed), first,
+  decoder_ = std::make_unique<WorkerRequest>(packed_request(kDicomPixels, first, compressed), first,
                                              decoding_limits(compressed));
   compressed_left_ = compressed.size();
 }
@@ -163,7 +163,7 @@ void DicomFrames::receive_decoded(const DicomSlice& slice) {
     buffer_.resize(bytes_of_file(pixels_));
     decoder_->read(buffer_.data(), buffer_.size());
     if (--compressed_left_ == 0) decoder_->finish();
-  } catch (const ReaderFailure& failure) {
+  } catch (const WorkerFailure& failure) {
     fail(slice, failure.what());
   }
 }

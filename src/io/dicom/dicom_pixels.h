@@ -11,7 +11,7 @@
 
 namespace simplexseg {
 
-class ReaderRequest;
+class WorkerRequest;
 
 /// Returns the stored type if the pixels are not rescaled. Otherwise returns the smallest integer type for all rescaled
 /// values that the stored bits can represent, or a floating-point type if slope or intercept is not an integer or no
@@ -36,7 +36,7 @@ class DicomFrames {
   void receive_decoded(const DicomSlice& slice);
   const std::byte* stored(const DicomSlice& slice);
 
-  std::unique_ptr<ReaderRequest> decoder_;  ///< decoder of compressed files; null when there are none
+  std::unique_ptr<WorkerRequest> decoder_;  ///< decoder of compressed files; null when there are none
   std::size_t compressed_left_ = 0;         ///< number of files that the decoder has not yet sent completely
   std::filesystem::path file_;              ///< currently open file
   DicomPixels pixels_;

@@ -14,7 +14,7 @@
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_values.h"
 #include "io/dicom/rtstruct_read.h"
-#include "io/platform/reader_request.h"
+#include "io/platform/worker_request.h"
 #include "io/source/dicom_slice.h"
 
 namespace simplexseg {

@@ -25,7 +25,7 @@
 #include "io/dicom/dicom_validation.h"
 #include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
-#include "io/platform/reader_channel.h"
+#include "io/platform/worker_channel.h"
 
 namespace simplexseg {
 
@@ -216,7 +216,7 @@ bool has_readable_header(const fs::path& path, std::string& failure) {
     failure = open_failure(path);
     if (!failure.empty() || !has_dicom_header(path)) return false;
     failure = damage_of_header(path);
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception& exception) {
     failure = message_of(exception);
@@ -255,7 +255,7 @@ class HeaderBatch {
     while (request_) {
       try {
         store(result_of(*request_, kDicomHeaders));
-      } catch (const ReaderFailure& failure) {
+      } catch (const WorkerFailure& failure) {
         if (in_request_ == 1) scans_[requested_[received_++]] = {.slices = {}, .failure = failure.what()};
       }
       request(1);
@@ -275,16 +275,16 @@ class HeaderBatch {
     std::vector<fs::path> paths;
     paths.reserve(in_request_);
     for (std::size_t n = 0; n < in_request_; ++n) paths.push_back(fs::absolute(files_[requested_[received_ + n]]));
-    ReaderLimits limits = limits_for_bytes(bytes_);
+    WorkerLimits limits = limits_for_bytes(bytes_);
     limits.min_idle_timeout_s += static_cast<int>(in_request_);  // files can be on a slow disk
     const fs::path& first = files_[requested_[received_]];
-    request_ = std::make_unique<ReaderRequest>(packed_request(kDicomHeaders, first, paths), first, limits);
+    request_ = std::make_unique<WorkerRequest>(packed_request(kDicomHeaders, first, paths), first, limits);
   }
 
   void store(std::vector<DicomFileScan> found) {
-    if (found.size() != in_request_) throw ReaderFailure();
+    if (found.size() != in_request_) throw WorkerFailure(kReaderProgram.crash);
     for (const DicomFileScan& scan : found)
-      if (!std::all_of(scan.slices.begin(), scan.slices.end(), is_plausible)) throw ReaderFailure();
+      if (!std::all_of(scan.slices.begin(), scan.slices.end(), is_plausible)) throw WorkerFailure(kReaderProgram.crash);
     for (DicomFileScan& scan : found) {
       const std::size_t index = requested_[received_++];
       for (DicomSlice& slice : scan.slices) slice.file = files_[index];
@@ -298,7 +298,7 @@ class HeaderBatch {
   std::uintmax_t next_bytes_ = 0, bytes_ = 0;  ///< sizes of next_ and requested_
   std::size_t received_ = 0;                   ///< number of requested_ files that are done
   std::size_t in_request_ = 0;                 ///< number of files in request_
-  std::unique_ptr<ReaderRequest> request_;
+  std::unique_ptr<WorkerRequest> request_;
 };
 
 }  // namespace
@@ -310,7 +310,7 @@ std::vector<DicomFileScan> in_reader::scan_dicom_files(const fs::path&, const st
     try {
       scans[n].slices = slices_in(files[n]);
     } catch (...) {
-      scans[n].failure = reason_of_exception();
+      scans[n].failure = reason_of_exception(kReaderProgram.crash);
     }
   }
   return scans;
@@ -349,7 +349,7 @@ std::string sop_class_name(const fs::path& path) {
   if (!has_dicom_header(path) || !damage_of_header(path).empty()) return {};
   try {
     return request_result(kDicomClassName, path, {});
-  } catch (const ReaderFailure&) {
+  } catch (const WorkerFailure&) {
     return {};
   }
 }

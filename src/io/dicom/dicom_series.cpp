@@ -13,7 +13,7 @@
 #include "io/dicom/dicom_scan.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
-#include "io/platform/reader_process.h"
+#include "io/platform/worker_process.h"
 
 namespace simplexseg {
 
@@ -76,7 +76,7 @@ DicomSeries describe(const std::string& uid, const Slices& slices) {
       std::erase_if(series.warnings, [](const std::string& line) { return line.starts_with("4D: "); });
     if (!source.dicom.empty()) middle = &source.dicom[source.dicom.size() / 2];
     if (middle->unreadable.empty() && middle->pixels.samples == 1) series.preview = preview_of(*middle);
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception& exception) {
     const std::string text = exception.what();

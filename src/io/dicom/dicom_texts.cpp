@@ -151,7 +151,7 @@ DicomTexts read_dicom_texts(const std::filesystem::path& file) {
     texts.date = display_date(text(4));
     texts.series = text(5);
     texts.modality = text(6);
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception&) {  // unreadable files have no texts
   }

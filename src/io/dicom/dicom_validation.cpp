@@ -282,7 +282,7 @@ class HeaderParser {
 bool gdcm_reads(const fs::path& path) {
   try {
     return request_result(kDicomIsReadable, path, {});
-  } catch (const ReaderFailure&) {
+  } catch (const WorkerFailure&) {
     return false;
   }
 }

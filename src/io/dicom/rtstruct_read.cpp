@@ -110,7 +110,7 @@ bool is_structure_set(const fs::path& path) {
   if (!fs::is_regular_file(path, error)) return false;
   try {
     return has_dicom_preamble(path) && sop_class_name(path).starts_with("RT Structure Set");
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception&) {
     return false;  // the volume reader reports the reason
@@ -129,7 +129,7 @@ std::vector<StructureRegion> read_structure_regions(const fs::path& path) {
   try {
     if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
     return request_result(kStructureRegions, path, limits_for_file(path));
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception& exception) {
     throw Error("cannot read the contours of " + quoted(path), message_of(exception), "copy or export the file again");

@@ -125,7 +125,7 @@ DicomSource read_dicom_source(const fs::path& path, const fs::path& target, int 
   }
   try {
     copy_context(ImageTexts(opened.dicom.front().file), source);
-  } catch (const ReaderUnavailable&) {
+  } catch (const WorkerUnavailable&) {
     throw;
   } catch (const std::exception& exception) {
     throw Error(what, quoted(opened.dicom.front().file) + " cannot be read: " + message_of(exception),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Binary form of the values that the program and its worker process exchange (reader_request.h). Both processes run on
+// Binary form of the values that the program and its worker process exchange (worker_request.h). Both processes run on
 // one machine and belong to the same build, so the form has neither version nor byte order.
 //
 // A structure is packed field by field if a function fields_of(structure) returns a tuple of references to its fields.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "io/reader/run_reader.h"
+#include "io/platform/run_worker.h"
 
 namespace simplexseg {
 

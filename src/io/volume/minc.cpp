@@ -16,9 +16,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-ReaderLimits minc_limits(const fs::path& path, const VolumeInfo& info) {
+WorkerLimits minc_limits(const fs::path& path, const VolumeInfo& info) {
   constexpr double min_mb_per_second = 10;  // far below the speed of decompression
-  ReaderLimits limits;
+  WorkerLimits limits;
   const auto slice = static_cast<std::size_t>(info.geometry.size[0]) * static_cast<std::size_t>(info.geometry.size[1]);
   limits.memory_bytes += 4 * std::max(kMincBlockBytes, slice * sizeof(double));
   const double bytes = static_cast<double>(fs::file_size(path)) +
@@ -89,7 +89,7 @@ Volume read_minc(const VolumeInfo& info, const fs::path& path) {
   Volume volume(info.geometry, info.type);
   auto* const to = static_cast<char*>(volume.data());
   try {
-    ReaderRequest request(packed_request(kMincVoxels, path, std::max(info.frame, 1)), path, minc_limits(path, info));
+    WorkerRequest request(packed_request(kMincVoxels, path, std::max(info.frame, 1)), path, minc_limits(path, info));
     constexpr std::size_t block = 1 << 22;
     for (std::size_t done = 0; done < volume.bytes(); done += block) {
       const std::size_t now = std::min(block, volume.bytes() - done);
@@ -97,7 +97,7 @@ Volume read_minc(const VolumeInfo& info, const fs::path& path) {
       report_progress(static_cast<double>(done + now), static_cast<double>(volume.bytes()));
     }
     request.finish();
-  } catch (const ReaderFailure&) {
+  } catch (const WorkerFailure&) {
     throw Error("cannot read " + quoted(path), "its voxels are damaged or incomplete", "copy or export the file again");
   }
   return volume;
@@ -109,9 +109,9 @@ MincHeader read_header(const fs::path& path) {
   try {
     MincHeader header = request_result(kMincHeader, path, minc_limits(path, {}));
     if (header.axes.size() > max_axes || (header.type && *header.type > VoxelType::Float64))
-      throw ReaderFailure("it is damaged");
+      throw WorkerFailure("it is damaged");
     return header;
-  } catch (const ReaderFailure& failure) {
+  } catch (const WorkerFailure& failure) {
     throw Error("cannot read " + quoted(path), failure.what(), "copy or export the file again");
   }
 }

@@ -7,7 +7,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "io/platform/reader_channel.h"
+#include "io/platform/worker_channel.h"
 
 namespace simplexseg {
 namespace {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "image/volume.h"
-#include "io/platform/reader_request.h"
+#include "io/platform/worker_request.h"
 
 namespace simplexseg {
 

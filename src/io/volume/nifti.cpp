@@ -32,6 +32,9 @@ fs::path partner(const fs::path& path, const char* kind) {
   return !fs::exists(stem, error) && fs::exists(compressed, error) ? compressed : stem;
 }
 
+/// Opens a volume, or, with `vectors`, one of the components of a vector image. Sets the intent code of the header.
+VolumeSource open_part(const fs::path& path, int volume, bool vectors, int& intent);
+
 }  // namespace
 
 bool is_nifti_file(const fs::path& path) {
@@ -40,6 +43,28 @@ bool is_nifti_file(const fs::path& path) {
 }
 
 VolumeSource open_nifti(const fs::path& path, int volume) {
+  int intent = 0;
+  return open_part(path, volume, false, intent);
+}
+
+NiftiVectors read_nifti_vectors(const fs::path& path) {
+  NiftiVectors result;
+  for (int component = 0; component < 3; ++component) {
+    const VolumeSource source = open_part(path, component + 1, true, result.intent);
+    result.grid = source.info.geometry;
+    const Volume part = source.read();
+    result.vectors.resize(part.geometry().voxel_count());
+    visit_voxel_type(part.type(), [&]<class T>(std::type_identity<T>) {
+      const auto voxels = part.voxels<T>();
+      for (std::size_t n = 0; n < voxels.size(); ++n) result.vectors[n][component] = static_cast<float>(voxels[n]);
+    });
+  }
+  return result;
+}
+
+namespace {
+
+VolumeSource open_part(const fs::path& path, int volume, bool vectors, int& intent) {
   const std::string extension = extension_of(path), name = quoted(path);
   const bool pair = extension.starts_with(".hdr") || extension.starts_with(".img");
   const fs::path header_path = pair ? partner(path, ".hdr") : path;
@@ -66,6 +91,13 @@ VolumeSource open_nifti(const fs::path& path, int volume) {
   info.format = h.version == 0 ? "Analyze 7.5" : h.version == 1 ? "NIfTI-1" : "NIfTI-2";
   info.file_count = single ? 1 : 2;
   set_sizes(h, info, name);
+  if (vectors) {  // components are stored one after the other, as volumes are
+    if (info.components != 3 || info.frames != 1)
+      throw Error("cannot read " + name, "it has no three components for each voxel, as a displacement field has",
+                  "select a displacement field");
+    std::swap(info.components, info.frames);
+  }
+  intent = h.version == 2 ? h.at<std::int32_t>(504) : h.at<std::int16_t>(68);
   v.type = stored_type(h.datatype, name);
   set_geometry(h, info);
   v.swapped = h.swapped;
@@ -82,5 +114,7 @@ VolumeSource open_nifti(const fs::path& path, int volume) {
     v.compression = DecompressingReader(path_of_voxels).is_compressed() ? Compression::Deflate : Compression::None;
   return open_stored(std::move(info), std::move(v), path, volume);
 }
+
+}  // namespace
 
 }  // namespace simplexseg

@@ -5,7 +5,10 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "image/volume.h"
@@ -70,14 +73,14 @@ NiftiFrame frame_of(const VolumeGeometry& g) {
   return frame;
 }
 
-std::string header_of_version_1(const Volume& volume, const NiftiFrame& frame) {
+HeaderBytes header_of_version_1(const VolumeGeometry& grid, VoxelType type, const NiftiFrame& frame) {
   constexpr std::size_t size = 348;
   HeaderBytes header(size + kExtensionBytes);
   header.put<std::int32_t>(0, size);
   header.bytes[38] = 'r';
   header.put_all<std::int16_t>(40, std::array{3, 1, 1, 1, 1, 1, 1, 1});
   for (std::size_t a = 0; a < 3; ++a) {
-    const int voxels = volume.geometry().size[a];
+    const int voxels = grid.size[a];
     if (voxels > 32767) {
       throw Error("cannot write a NIfTI file",
                   "NIfTI-1 allows 32767 voxels along an axis, this volume has " + std::to_string(voxels),
@@ -85,8 +88,8 @@ std::string header_of_version_1(const Volume& volume, const NiftiFrame& frame) {
     }
     header.put<std::int16_t>(42 + 2 * a, voxels);
   }
-  header.put<std::int16_t>(70, kDatatypes[static_cast<int>(volume.type())]);
-  header.put<std::int16_t>(72, static_cast<double>(8 * bytes_per_voxel(volume.type())));
+  header.put<std::int16_t>(70, kDatatypes[static_cast<int>(type)]);
+  header.put<std::int16_t>(72, static_cast<double>(8 * bytes_per_voxel(type)));
   header.put_all<float>(76, frame.pixdim);
   header.put_all<float>(92, std::array{1, 1, 1, 1});
   header.put<float>(108, size + kExtensionBytes);
@@ -98,7 +101,7 @@ std::string header_of_version_1(const Volume& volume, const NiftiFrame& frame) {
   header.put_all<float>(268, frame.qoffset);
   header.put_all<float>(280, frame.srow);
   std::memcpy(&header.bytes[344], "n+1", 4);
-  return header.bytes;
+  return header;
 }
 
 std::string header_of_version_2(const Volume& volume, const NiftiFrame& frame) {
@@ -123,22 +126,44 @@ std::string header_of_version_2(const Volume& volume, const NiftiFrame& frame) {
   return header.bytes;
 }
 
+/// Writes parts of memory one after the other, with `compress` as a gzip stream.
+void write_parts(AtomicFile& file, bool compress, std::initializer_list<std::pair<const void*, std::size_t>> parts) {
+  if (!compress) {
+    for (const auto& [from, bytes] : parts) file.write(from, bytes);
+    return;
+  }
+  CompressingWriter writer(file, CompressingWriter::Frame::Gzip);
+  for (const auto& [from, bytes] : parts) writer.write(from, bytes);
+  writer.finish();
+}
+
 }  // namespace
 
 void write_nifti(AtomicFile& file, const Volume& volume, bool compress) {
   const NiftiFrame* const stored = stored_frame<NiftiFrame>(volume.geometry());
   const NiftiFrame frame = stored ? *stored : frame_of(volume.geometry());
-  const std::string header =
-      frame.version == 2 ? header_of_version_2(volume, frame) : header_of_version_1(volume, frame);
-  if (!compress) {
-    file.write(header.data(), header.size());
-    file.write(volume.data(), volume.bytes());
-    return;
+  const std::string header = frame.version == 2 ? header_of_version_2(volume, frame)
+                                                : header_of_version_1(volume.geometry(), volume.type(), frame).bytes;
+  write_parts(file, compress, {{header.data(), header.size()}, {volume.data(), volume.bytes()}});
+}
+
+void write_nifti_vectors(AtomicFile& file, const VolumeGeometry& grid, const std::vector<Eigen::Vector3f>& vectors,
+                         bool compress) {
+  HeaderBytes header = header_of_version_1(grid, VoxelType::Float32, frame_of(grid));
+  header.put_all<std::int16_t>(40, std::array{5, grid.size[0], grid.size[1], grid.size[2], 1, 3});
+  header.put<std::int16_t>(68, 1007);
+  std::array<std::vector<float>, 3> components;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    std::vector<float>& component = components[static_cast<std::size_t>(c)];
+    component.reserve(vectors.size());
+    for (const Eigen::Vector3f& vector : vectors) component.push_back(vector[c]);
   }
-  CompressingWriter writer(file, CompressingWriter::Frame::Gzip);
-  writer.write(header.data(), header.size());
-  writer.write(volume.data(), volume.bytes());
-  writer.finish();
+  const std::size_t bytes = vectors.size() * sizeof(float);
+  write_parts(file, compress,
+              {{header.bytes.data(), header.bytes.size()},
+               {components[0].data(), bytes},
+               {components[1].data(), bytes},
+               {components[2].data(), bytes}});
 }
 
 }  // namespace simplexseg

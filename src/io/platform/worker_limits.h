@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits of a worker process (reader_process.h), for each request or each file.
+// Limits of a worker process (worker_process.h), for each request or each file.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace simplexseg {
 
-struct ReaderLimits {
+struct WorkerLimits {
   std::size_t memory_bytes = 256 << 20;  ///< address space in addition to that of the process when the limits are set
   int cpu_seconds = 6;                   ///< processor time, s
   int min_idle_timeout_s = 60;           ///< idle timeout without the part for the processor time, s
@@ -17,11 +17,11 @@ struct ReaderLimits {
 };
 
 /// Returns limits for files of this size that are read as a whole: more memory and time for large files.
-ReaderLimits limits_for_bytes(std::uintmax_t bytes);
-ReaderLimits limits_for_file(const std::filesystem::path& file);
+WorkerLimits limits_for_bytes(std::uintmax_t bytes);
+WorkerLimits limits_for_file(const std::filesystem::path& file);
 
 /// Limits memory and processor time of this process, which is a worker process, from now on.
-void limit_this_process(const ReaderLimits& limits);
+void limit_this_process(const WorkerLimits& limits);
 /// Grants the whole processor time of the last limits again, for the next of several files.
 void restart_processor_time();
 

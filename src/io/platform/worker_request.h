@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "io/platform/packing.h"
-#include "io/platform/reader_process.h"
+#include "io/platform/worker_process.h"
 
 namespace simplexseg {
 
@@ -28,22 +28,22 @@ std::string packed_request(const RequestType<Result, Arguments...>& type, const 
   return to.bytes();
 }
 
-/// Waits for the result of a request. Throws like ReaderRequest.
+/// Waits for the result of a request. Throws like WorkerRequest.
 template <class Result, class... Arguments>
-Result result_of(ReaderRequest& request, const RequestType<Result, Arguments...>&) {
+Result result_of(WorkerRequest& request, const RequestType<Result, Arguments...>&) {
   const std::string response = request.finish();
   try {
     return unpacked<Result>(response);
   } catch (const BadPacking& fault) {
-    throw ReaderFailure(fault.what());
+    throw WorkerFailure(fault.what());
   }
 }
 
-/// Performs a request and returns its result. Throws like ReaderRequest.
+/// Performs a request and returns its result. Throws like WorkerRequest.
 template <class Result, class... Arguments>
 Result request_result(const RequestType<Result, Arguments...>& type, const std::filesystem::path& file,
-                      const ReaderLimits& limits, const std::type_identity_t<Arguments>&... arguments) {
-  ReaderRequest request(packed_request(type, file, arguments...), file, limits);
+                      const WorkerLimits& limits, const std::type_identity_t<Arguments>&... arguments) {
+  WorkerRequest request(packed_request(type, file, arguments...), file, limits);
   return result_of(request, type);
 }
 

@@ -1,34 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages between the program and its worker process, simplexseg-reader, on a socket. A request is a RequestHead and
-// the packed name and arguments. The response is any number of frames with data, and one frame with the result or a
-// failure.
+// Messages between the program and a worker process on a socket. A request is a RequestHead, the packed name and
+// arguments, and the attachments, whose sizes the arguments state. The response is any number of frames with data or
+// progress, and one frame with the result or a failure.
 #pragma once
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
 
-#include "io/platform/reader_limits.h"
+#include "io/platform/worker_limits.h"
 
 namespace simplexseg {
 
-constexpr int kReaderChannel = 3;       ///< file descriptor of the socket in the worker process
-constexpr int kReaderIdleSeconds = 30;  ///< time without a request after which the worker process exits
+constexpr int kWorkerChannel = 3;       ///< file descriptor of the socket in the worker process
+constexpr int kWorkerIdleSeconds = 30;  ///< time without a request after which the worker process exits
 constexpr int kExitOtherVersion = 3;    ///< exit status of a worker process of another version
 constexpr std::uint32_t kFrameMark = 0x52445331;
-/// Reason of a failure when a library crashed or threw an unknown exception.
-inline constexpr const char* kLibraryFailed = "it is damaged (the library that reads it failed)";
 
 struct RequestHead {
   std::uint64_t bytes = 0;  ///< size of the packed request
-  ReaderLimits limits;
+  WorkerLimits limits;
 };
 
 enum class FrameKind : std::uint32_t {
   Data,     ///< part of a stream of bytes
   Result,   ///< packed result, the last frame
   Failure,  ///< reason why the file cannot be read, the last frame
-  Error     ///< complete text of an Error, the last frame
+  Error,    ///< complete text of an Error, the last frame
+  Progress  ///< packed state of the work, at any time before the last frame
 };
 
 struct FrameHead {
@@ -54,7 +53,8 @@ class ResponseWriter {
   int socket_;
 };
 
-/// Returns the reason of a failure in the worker process. To be called in a handler of any exception.
-std::string reason_of_exception();
+/// Returns the reason of a failure in the worker process, `crash` for an unknown exception. To be called in a handler
+/// of any exception.
+std::string reason_of_exception(const char* crash);
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/reader/run_reader.h"
+#include "io/platform/run_worker.h"
 
 #include <malloc.h>
 #include <poll.h>
@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "core/error.h"
-#include "io/platform/reader_limits.h"
+#include "io/platform/worker_limits.h"
 
 namespace simplexseg {
 
@@ -32,13 +32,14 @@ namespace {
 
 /// Ends this process when the other process has closed the socket, even during a request.
 void watch_channel(const fs::path& temporary_folder) {
-  pollfd closed{kReaderChannel, POLLRDHUP, 0};
+  pollfd closed{kWorkerChannel, POLLRDHUP, 0};
   while (::poll(&closed, 1, -1) < 0) {
   }
   end_with(1, temporary_folder);
 }
 
-void respond(const RequestTable& table, const std::string& request, ResponseWriter& response) {
+void respond(const WorkerProgram& program, const RequestTable& table, const std::string& request,
+             ResponseWriter& response) {
   try {
     Unpacker from(request);
     const auto found = table.find(next_value<std::string>(from));
@@ -47,25 +48,30 @@ void respond(const RequestTable& table, const std::string& request, ResponseWrit
   } catch (const Error& error) {
     response.text(FrameKind::Error, error.what());
   } catch (...) {
-    response.text(FrameKind::Failure, reason_of_exception());
+    response.text(FrameKind::Failure, reason_of_exception(program.crash));
   }
 }
 
 bool wait_for_request(short event) {
-  pollfd request{kReaderChannel, event, 0};
+  pollfd request{kWorkerChannel, event, 0};
   int ready = 0;
   do {
-    ready = ::poll(&request, 1, 1000 * kReaderIdleSeconds);
+    ready = ::poll(&request, 1, 1000 * kWorkerIdleSeconds);
   } while (ready < 0 && errno == EINTR);
   return ready > 0;
 }
 
 }  // namespace
 
-int run_reader(int argc, char** argv, const RequestTable& table) {
+void receive_attachment(void* to, std::size_t bytes) {
+  if (!receive_bytes(kWorkerChannel, to, bytes, wait_for_request)) ::_exit(1);  // the program has closed the socket
+}
+
+int run_worker(int argc, char** argv, const WorkerProgram& program, const RequestTable& table) {
   struct stat channel {};
-  if (argc != 3 || ::fstat(kReaderChannel, &channel) != 0 || !S_ISSOCK(channel.st_mode)) {
-    std::fputs("simplexseg-reader: it is started by the other programs of SimplexSeg, not by hand\n", stderr);
+  if (argc != 3 || ::fstat(kWorkerChannel, &channel) != 0 || !S_ISSOCK(channel.st_mode)) {
+    std::fputs(program.name, stderr);
+    std::fputs(": it is started by the other programs of SimplexSeg, not by hand\n", stderr);
     return 2;
   }
   if (std::string(argv[1]) != SIMPLEXSEG_VERSION) ::_exit(kExitOtherVersion);
@@ -78,14 +84,14 @@ int run_reader(int argc, char** argv, const RequestTable& table) {
   ::mallopt(M_TRIM_THRESHOLD, 64 << 20);
   const fs::path temporary_folder = argv[2];
   std::thread(watch_channel, temporary_folder).detach();
-  ResponseWriter response(kReaderChannel);
+  ResponseWriter response(kWorkerChannel);
   RequestHead head;
   std::string request;
-  while (receive_bytes(kReaderChannel, &head, sizeof head, wait_for_request)) {
+  while (receive_bytes(kWorkerChannel, &head, sizeof head, wait_for_request)) {
     request.resize(head.bytes);
-    if (!receive_bytes(kReaderChannel, request.data(), request.size(), wait_for_request)) break;
+    if (!receive_bytes(kWorkerChannel, request.data(), request.size(), wait_for_request)) break;
     limit_this_process(head.limits);
-    respond(table, request, response);
+    respond(program, table, request, response);
   }
   end_with(0, temporary_folder);
 }

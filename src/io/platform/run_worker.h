@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Main function of the worker process, and its table of requests.
+// Main function of a worker process, and its table of requests.
 #pragma once
 #include <filesystem>
 #include <functional>
@@ -8,8 +8,9 @@
 #include <tuple>
 
 #include "io/platform/packing.h"
-#include "io/platform/reader_channel.h"
-#include "io/platform/reader_request.h"
+#include "io/platform/worker_channel.h"
+#include "io/platform/worker_program.h"
+#include "io/platform/worker_request.h"
 
 namespace simplexseg {
 
@@ -46,10 +47,13 @@ void add_stream(RequestTable& table, const RequestType<void, Arguments...>& type
   };
 }
 
-/// Serves the requests of another process on the socket kReaderChannel until that process closes it, or no request
-/// arrives for kReaderIdleSeconds; then deletes the temporary folder and exits. Each request has limits of memory and
+/// Serves the requests of another process on the socket kWorkerChannel until that process closes it, or no request
+/// arrives for kWorkerIdleSeconds; then deletes the temporary folder and exits. Each request has limits of memory and
 /// processor time (RequestHead). Arguments of the program: version and temporary folder. Returns the exit status when
 /// the program was started by hand.
-int run_reader(int argc, char** argv, const RequestTable& table);
+int run_worker(int argc, char** argv, const WorkerProgram& program, const RequestTable& table);
+
+/// Receives the next `bytes` bytes of the attachments of the current request. For use in the worker process.
+void receive_attachment(void* to, std::size_t bytes);
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/platform/reader_program.h"
+#include "io/platform/worker_program.h"
 
 #include <dlfcn.h>
 #include <unistd.h>
@@ -16,8 +16,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kReaderName = "simplexseg-reader";
-
 bool is_program(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored) && ::access(path.c_str(), X_OK) == 0;
@@ -33,22 +31,23 @@ fs::path own_folder() {
 
 }  // namespace
 
-fs::path reader_program() {
-  const std::string what = std::string("cannot start the program ") + kReaderName + ", which reads DICOM and MINC";
-  if (const char* const named = std::getenv("SIMPLEXSEG_READER"); named && *named) {
+fs::path path_of_program(const WorkerProgram& program) {
+  const std::string what = std::string("cannot start the program ") + program.name + ", " + program.purpose;
+  if (const char* const named = std::getenv(program.variable); named && *named) {
     if (!is_program(named))
       throw Error(what, quoted(fs::path(named)) + " is not a program",
-                  "correct the environment variable SIMPLEXSEG_READER");
+                  std::string("correct the environment variable ") + program.variable);
     return named;
   }
   std::error_code ignored;
   const fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
   for (const fs::path& path :
-       {folder / kReaderName, own_folder() / kReaderName, folder.parent_path() / "libexec/simplexseg" / kReaderName,
-        fs::path(SIMPLEXSEG_LIBEXEC) / kReaderName}) {
+       {folder / program.name, own_folder() / program.name, folder.parent_path() / "libexec/simplexseg" / program.name,
+        fs::path(SIMPLEXSEG_LIBEXEC) / program.name}) {
     if (is_program(path)) return path;
   }
-  throw Error(what, "it is missing", "install SimplexSeg again, or set the environment variable SIMPLEXSEG_READER");
+  throw Error(what, "it is missing",
+              std::string(program.remedy) + ", or set the environment variable " + program.variable);
 }
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/platform/reader_channel.h"
+#include "io/platform/worker_channel.h"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -58,7 +58,7 @@ void ResponseWriter::send(FrameKind kind, const void* from, std::size_t bytes) {
   if (!send_bytes(socket_, &head, sizeof head, wait) || !send_bytes(socket_, from, bytes, wait)) ::_exit(1);
 }
 
-std::string reason_of_exception() {
+std::string reason_of_exception(const char* crash) {
   constexpr std::size_t max_length = 2000;
   try {
     throw;
@@ -67,7 +67,7 @@ std::string reason_of_exception() {
   } catch (const std::exception& exception) {
     return message_of(exception).substr(0, max_length);
   } catch (...) {
-    return kLibraryFailed;
+    return crash;
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/platform/reader_limits.h"
+#include "io/platform/worker_limits.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-int cpu_seconds = ReaderLimits().cpu_seconds;  // last limit of processor time
+int cpu_seconds = WorkerLimits().cpu_seconds;  // last limit of processor time
 
 /// Returns the size of the address space of this process, bytes; 0 when unknown. It is larger than the memory in use.
 std::size_t address_space() {
@@ -33,21 +33,21 @@ void set_soft_limit(__rlimit_resource resource, std::uint64_t value) {
 
 }  // namespace
 
-ReaderLimits limits_for_bytes(std::uintmax_t bytes) {
+WorkerLimits limits_for_bytes(std::uintmax_t bytes) {
   constexpr double min_bytes_per_second = 1e7;  // far below the speed of parsing
-  ReaderLimits limits;
+  WorkerLimits limits;
   limits.memory_bytes += 8 * static_cast<std::size_t>(bytes);
   limits.cpu_seconds += static_cast<int>(std::min(static_cast<double>(bytes) / min_bytes_per_second, 1e6));
   return limits;
 }
 
-ReaderLimits limits_for_file(const fs::path& file) {
+WorkerLimits limits_for_file(const fs::path& file) {
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(file, error);
   return limits_for_bytes(error ? 0 : bytes);
 }
 
-void limit_this_process(const ReaderLimits& limits) {
+void limit_this_process(const WorkerLimits& limits) {
   cpu_seconds = limits.cpu_seconds;
   restart_processor_time();
   set_soft_limit(RLIMIT_AS, RLIM_INFINITY);

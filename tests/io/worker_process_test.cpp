@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worker process simplexseg-reader: protocol, failures, limits, and kill during loads.
-#include "io/platform/reader_process.h"
+#include "io/platform/worker_process.h"
 
 #include <dirent.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@
 #include "io/dicom/dicom_folder.h"
 #include "io/platform/load_progress.h"
 #include "io/platform/packing.h"
-#include "io/platform/reader_program.h"
+#include "io/platform/worker_program.h"
 #include "io/volume/volume_io.h"
 #include "test_files.h"
 
@@ -71,7 +71,7 @@ std::string rle_frame(std::uint16_t value) {
 class ReaderFixture : public test::FolderTest {
  protected:
   explicit ReaderFixture(const char* program = nullptr) {
-    end_idle_readers();
+    end_idle_workers();
     fs::create_directories(temporary);
     const char* const before = std::getenv("TMPDIR");
     before_ = before ? before : "";
@@ -79,7 +79,7 @@ class ReaderFixture : public test::FolderTest {
     if (program) ::setenv("SIMPLEXSEG_READER", program, 1);
   }
   ~ReaderFixture() override {
-    end_idle_readers();
+    end_idle_workers();
     before_.empty() ? ::unsetenv("TMPDIR") : ::setenv("TMPDIR", before_.c_str(), 1);
     ::unsetenv("SIMPLEXSEG_READER");
   }
@@ -116,10 +116,10 @@ class ReaderProcessTest : public ReaderFixture {
  protected:
   ReaderProcessTest() : ReaderFixture(SIMPLEXSEG_TEST_READER) {}
 
-  std::string failure_of(const std::string& manner, const ReaderLimits& limits = {}) {
+  std::string failure_of(const std::string& manner, const WorkerLimits& limits = {}) {
     try {
       return request_result(test::kFail, "file", limits, manner);
-    } catch (const ReaderFailure& failure) {
+    } catch (const WorkerFailure& failure) {
       return std::string("failure: ") + failure.what();
     } catch (const Error& error) {
       return std::string("error: ") + error.what();
@@ -131,14 +131,14 @@ TEST_F(ReaderProcessTest, OneProcessServesManyRequests) {
   for (int n = 0; n < 100; ++n)
     EXPECT_EQ(request_result(test::kEcho, "file", {}, std::to_string(n)), std::to_string(n));
   EXPECT_EQ(workers().size(), 1u);
-  end_idle_readers();
+  end_idle_workers();
   EXPECT_TRUE(workers().empty());
 }
 
 TEST_F(ReaderProcessTest, LargeArgumentsAndStreamsArriveInOrder) {
   const std::string text(5000000, 'b');
   EXPECT_EQ(request_result(test::kEcho, "file", {}, text), text);
-  ReaderRequest stream(packed_request(test::kSend, "file", 5000000, "none"), "file", {});
+  WorkerRequest stream(packed_request(test::kSend, "file", 5000000, "none"), "file", {});
   std::string bytes(5000000, '\0');
   stream.read(bytes.data(), 17);
   stream.read(bytes.data() + 17, bytes.size() - 17);
@@ -186,14 +186,14 @@ TEST_F(ReaderProcessTest, AKilledProcessIsNotAFaultOfTheFile) {
 /// A process that is killed in a stream has already responded, so the request is not repeated.
 TEST_F(ReaderProcessTest, AKillInAStreamIsAnError) {
   EXPECT_EQ(failure_of("none"), "still running");
-  ReaderRequest stream(packed_request(test::kSend, "file", 1000, "kill"), "file", {});
+  WorkerRequest stream(packed_request(test::kSend, "file", 1000, "kill"), "file", {});
   std::string bytes(1000, '\0');
   stream.read(bytes.data(), bytes.size());
   EXPECT_HAS(error_of([&] { stream.finish(); }), "the process that reads it was killed; try again");
 }
 
 TEST_F(ReaderProcessTest, MemoryAndTimeAreLimitedForEachRequest) {
-  const auto takes = [](std::uint64_t mb, const ReaderLimits& limits = {}) {
+  const auto takes = [](std::uint64_t mb, const WorkerLimits& limits = {}) {
     return request_result(test::kAllocate, "file", limits, mb << 20);
   };
   EXPECT_TRUE(takes(100));
@@ -226,7 +226,7 @@ TEST_F(ReaderProcessTest, TemporaryFilesAreDeletedWithTheProcess) {
   EXPECT_EQ(failure_of("kill").substr(0, 6), "error:");
   EXPECT_FALSE(fs::exists(file));
   request_result(test::kLeaveFile, "file", {});
-  end_idle_readers();
+  end_idle_workers();
   EXPECT_TRUE(fs::is_empty(temporary));
 }
 
@@ -270,7 +270,7 @@ TEST_F(ReaderProcessTest, AForkedCopyStartsItsOwnProcess) {
   const pid_t copy = ::fork();
   if (copy == 0) {
     const bool right = failure_of("none") == "still running" && workers().size() == 1;
-    end_idle_readers();
+    end_idle_workers();
     ::_exit(right ? 0 : 1);
   }
   int status = 0;
@@ -327,7 +327,7 @@ TEST_F(ReaderKills, TheNextLoadSucceedsAfterKillsAtRandomMoments) {
       load();
     }
   }
-  end_idle_readers();
+  end_idle_workers();
   EXPECT_TRUE(fs::is_empty(temporary));
   EXPECT_TRUE(workers().empty());
 }

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Geometry>
+
+#include "io/registration/registration_requests.h"
+#include "register/itk_image.h"
+#include "register/progress_sender.h"
+
+namespace simplexseg::in_register {
+
+/// Finds a displacement field on a grid of the fixed image by symmetric diffeomorphic registration (SyN, Avants 2008)
+/// with mutual information, so that point + field(point), mapped by `affine`, lies in the moving
+/// image. Adds it, its level and the metric through both to `found`. `done`: share of the work that is complete.
+void add_displacements(const FloatImage* fixed, const FloatImage* moving, const Eigen::Affine3d& affine, double done,
+                       ProgressSender& progress, RegistrationResponse& found);
+
+}  // namespace simplexseg::in_register
