@@ -75,6 +75,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_labels(program, action);
   add_parameters(program, action);
   add_study(program, action);
+  add_model(program, action);
   add_clicks(program, action);
   add_register(program, action);
   add_filter(program, action);

@@ -27,10 +27,12 @@
 #include "io/labels/label_file.h"
 #include "io/platform/files.h"
 #include "io/platform/output_checks.h"
+#include "io/scene/mesh_model.h"
 #include "io/scene/parameter_text.h"
 #include "io/scene/point_text.h"
 #include "io/scene/set_by_path.h"
 #include "io/volume/volume_io.h"
+#include "model/model_prior.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -41,7 +43,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
 
 struct ClicksOptions {
-  std::string image, labels, robot = "mark", backend = "cpu", json, csv, pictures, network;
+  std::string image, labels, robot = "mark", backend = "cpu", json, csv, pictures, network, model;
   std::vector<double> label;
   std::vector<std::string> without, settings_of_mesh;
   RobotSettings settings;
@@ -121,6 +123,9 @@ void check_settings(const ClicksOptions& options) {
 class FieldWithoutMesh : public FieldSubject<ClickSubject> {
  public:
   using FieldSubject::FieldSubject;
+  void use_model(std::shared_ptr<const OrganModel> model, const Volume& image, const RunJobs& run) {
+    changeable_field().set_shape_prior(shape_prior_maker(std::move(model), image, run));
+  }
   Mask field_object() const override { return field().object(); }
   bool leaks() const override { return field().report().leaks; }
   double expected_dice() const override { return field().report().expected_dice; }
@@ -263,6 +268,8 @@ void clicks(const ClicksOptions& options, const Console& console) {
     networks = PriorNetworks::parse(read_bytes(options.network));
     settings.networks = &networks;
   }
+  std::shared_ptr<const MeshModel> model;
+  if (!options.model.empty()) model = load_mesh_model(options.model, {});
   const Volume image = read_volume(options.image);
   const int threads =
       options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -293,9 +300,12 @@ void clicks(const ClicksOptions& options, const Console& console) {
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
       std::unique_ptr<ClickSubject> subject;
-      if (corrects_field(options.robot))
-        subject = std::make_unique<FieldWithoutMesh>(image, run, settings, engine_for(options.backend, threads).fields);
-      else
+      if (corrects_field(options.robot)) {
+        auto field =
+            std::make_unique<FieldWithoutMesh>(image, run, settings, engine_for(options.backend, threads).fields);
+        if (model) field->use_model(model->organ, image, run);
+        subject = std::move(field);
+      } else
         subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings,
                                                 options.backend, threads);
       Mask result;
@@ -386,6 +396,9 @@ void add_clicks(const Subcommand& app, Action& action) {
          "--network", options->network,
          "File with the networks of the prior, written by scripts/learn_prior, instead of the built-in ones; not with "
          "--robot none")
+      .not_empty();
+  sub.add_option("--model", options->model,
+                 "Model of the object (simplexseg-cli model train); with robots of the field")
       .not_empty();
   sub.add_option("--json", options->json, "Output file (JSON) with all clicks").not_empty();
   sub.add_option("--csv", options->csv, "Output file (CSV) with all clicks").not_empty();

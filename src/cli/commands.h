@@ -23,6 +23,7 @@ void add_plan(const Subcommand& app, Action& action);
 void add_labels(const Subcommand& app, Action& action);
 void add_parameters(const Subcommand& app, Action& action);
 void add_study(const Subcommand& app, Action& action);
+void add_model(const Subcommand& app, Action& action);
 void add_clicks(const Subcommand& app, Action& action);
 void add_register(const Subcommand& app, Action& action);
 void add_filter(const Subcommand& app, Action& action);

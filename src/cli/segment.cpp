@@ -76,6 +76,10 @@ void add_segment(const Subcommand& app, Action& action) {
   sub.add_option("--label-preset", request.label_preset,
                  "Label preset (simplexseg-cli labels) or file of one: label, colour and DICOM codes by name")
       .not_empty();
+  sub.add_option("--model", request.models,
+                 "Model of the organ (simplexseg-cli model train): one for all meshes or one per mesh, in their order")
+      .one_value_each()
+      .not_empty();
   for (const auto& [name, points, doc] :
        {std::tuple("--inside", &request.inside, "Point inside the object: X,Y,Z, or MESH=X,Y,Z with several meshes"),
         std::tuple("--outside", &request.outside, "Point outside the object"),

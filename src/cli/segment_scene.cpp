@@ -11,8 +11,10 @@
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
 #include "io/scene/label_preset.h"
+#include "io/scene/mesh_model.h"
 #include "io/scene/mesh_start.h"
 #include "session/free_attributes.h"
+#include "session/scene_checks.h"
 
 namespace simplexseg {
 namespace {
@@ -133,6 +135,21 @@ void rename_meshes(const std::vector<std::string>& names, Scene& scene) {
   }
 }
 
+void set_models(const std::vector<std::string>& paths, Scene& scene) {
+  if (paths.empty()) return;
+  if (paths.size() > 1 && paths.size() != scene.meshes.size())
+    throw Error("--model", counted(paths.size(), "model", "models") + " for " + counted_meshes(scene),
+                "use one for all, or one per mesh");
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    MeshItem& item = scene.meshes[m];
+    if (m == 0 || paths.size() > 1)
+      item.model = load_mesh_model(fs::absolute(paths[m]).lexically_normal().string(), {});
+    else
+      item.model = scene.meshes[0].model;
+    check_model(item, item.model.get());
+  }
+}
+
 /// Sets the preset of the scene. Meshes whose name has the words of a structure get its label, colour and codes.
 void set_label_preset(const std::string& name_or_path, Scene& scene) {
   if (name_or_path.empty()) return;
@@ -208,6 +225,7 @@ SceneFile segment_scene(const SegmentRequest& request) {
   ItemId id = 0;
   for (MeshItem& item : scene.meshes) item.id = ++id;  // does not change a template, whose ids are 1, 2, ... already
   rename_meshes(request.names, scene);
+  set_models(request.models, scene);
   set_label_preset(request.label_preset, scene);
   add_points("--inside", request.inside, MarkKind::Inside, scene);
   add_points("--outside", request.outside, MarkKind::Outside, scene);

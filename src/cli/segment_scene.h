@@ -19,7 +19,8 @@ struct SegmentRequest {
   std::vector<std::string> inside, outside, boundary;  ///< points: "X,Y,Z" with one mesh, else "MESH=X,Y,Z"
   std::string reference;
   std::optional<double> reference_label;
-  std::string label_preset;  ///< name of a label preset, or path of a file; empty: none
+  std::vector<std::string> models;  ///< model files: one for all meshes, or one per mesh
+  std::string label_preset;         ///< name of a label preset, or path of a file; empty: none
 };
 
 /// Builds the scene of the options, with the image as its volume. Throws Error for invalid options.

@@ -179,8 +179,9 @@ void average_cells(const Volume& volume, const CellSize& cell, const VoxelBox& b
   });
 }
 
-/// Image of a box in the intensities of the volume.
-BoxImage extract_unscaled(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
+}  // namespace
+
+BoxImage extract_intensities(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
   BoxImage image{{box.size}, {}, {}};
   const int n = image.grid.count();
   image.value.resize(n);
@@ -192,10 +193,8 @@ BoxImage extract_unscaled(const Volume& volume, const CellSize& cell, const Voxe
   return image;
 }
 
-}  // namespace
-
 BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run) {
-  BoxImage image = extract_unscaled(volume, cell, box, run);
+  BoxImage image = extract_intensities(volume, cell, box, run);
   const int n = image.grid.count();
   // Percentiles of every step-th cell.
   std::vector<float> sample;
@@ -217,7 +216,7 @@ BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox&
 std::vector<std::uint8_t> cells_in_range(const Volume& volume, const CellSize& cell, const VoxelBox& box,
                                          const IntensityRange& range, const std::array<double, 3>& spacing_mm,
                                          double smoothing, const RunJobs& run) {
-  BoxImage image = extract_unscaled(volume, cell, box, run);
+  BoxImage image = extract_intensities(volume, cell, box, run);
   const auto least = static_cast<float>(std::min(std::max(0.0, range.low), range.high));
   for_each_index(run, image.grid.count(), [value = image.value.data(), finite = image.finite.data(), least](int v) {
     if (!finite[v]) value[v] = least;

@@ -25,16 +25,18 @@ void smooth_by_least_spacing(std::vector<float>& values, const BoxGrid& grid, co
 
 struct BoxImage {
   BoxGrid grid;
-  std::vector<float> value;          ///< intensity, 0 at the 1st percentile of the box to 1 at the 99th, clamped
+  std::vector<float> value;          ///< intensity
   std::vector<std::uint8_t> finite;  ///< 0 where the image is not finite; the intensity is 0 there
 };
-/// Image of a box of cells. The intensity of a cell is the mean of its finite voxels, weighted by the fraction of each
-/// that lies in the cell; the cell is finite if these are at least half of it.
+/// Image of a box of cells in the intensities of the volume. The intensity of a cell is the mean of its finite voxels,
+/// weighted by the fraction of each that lies in the cell; the cell is finite if these are at least half of it.
+BoxImage extract_intensities(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
+/// extract_intensities() scaled to 0 at the 1st percentile of the box and 1 at the 99th, clamped.
 BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
 
-/// 1 for the cells of a box whose intensity lies in a range, else 0. The intensity is that of extract_box() before it
-/// is scaled, smoothed by smooth_by_least_spacing() with `spacing_mm` and `smoothing` (voxels). Cells that are not
-/// finite are 0, and count in the smoothing as the value of the range nearest to 0.
+/// 1 for the cells of a box whose intensity lies in a range, else 0. The intensity is that of
+/// extract_intensities(), smoothed by smooth_by_least_spacing() with `spacing_mm` and `smoothing` (voxels). Cells that
+/// are not finite are 0, and count in the smoothing as the value of the range nearest to 0.
 std::vector<std::uint8_t> cells_in_range(const Volume& volume, const CellSize& cell, const VoxelBox& box,
                                          const IntensityRange& range, const std::array<double, 3>& spacing_mm,
                                          double smoothing, const RunJobs& run);

@@ -43,6 +43,19 @@ VoxelBox box_around_marks(std::span<const Mark> marks, const VolumeGeometry& geo
   return with_margin(low, high, margin_share, least_margin, geometry);
 }
 
+VoxelBox box_around_bounds(const std::array<Eigen::Vector3d, 2>& corners_mm, const VolumeGeometry& geometry,
+                           double least_margin) {
+  const Eigen::Affine3d index_from_world = geometry.index_from_world();
+  Eigen::Array3d low = Eigen::Array3d::Constant(1e9), high = -low;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d mm(corners_mm[corner & 1].x(), corners_mm[corner >> 1 & 1].y(), corners_mm[corner >> 2].z());
+    const Eigen::Array3d index = (index_from_world * mm).array();
+    low = low.min(index);
+    high = high.max(index);
+  }
+  return with_margin(low, high, 0, least_margin, geometry);
+}
+
 VoxelBox box_around(const VoxelBox& a, const VoxelBox& b) {
   if (a.voxel_count() == 0) return b;
   if (b.voxel_count() == 0) return a;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Region of interest of a field: first box, cells and automatic growth.
 #pragma once
+#include <array>
 #include <span>
 
 #include "field/evidence_settings.h"
@@ -15,6 +16,11 @@ namespace simplexseg {
 /// `least_margin` times the smallest spacing.
 VoxelBox box_around_marks(std::span<const Mark> marks, const VolumeGeometry& geometry, double margin_share,
                           double least_margin);
+
+/// Bounding box of a box in the patient frame (two opposite corners, mm), within the volume, with a margin of
+/// `least_margin` times the smallest spacing.
+VoxelBox box_around_bounds(const std::array<Eigen::Vector3d, 2>& corners_mm, const VolumeGeometry& geometry,
+                           double least_margin);
 
 /// Smallest box that contains two others; a box of size 0 is ignored.
 VoxelBox box_around(const VoxelBox& a, const VoxelBox& b);

@@ -14,6 +14,7 @@
 #include "field/marked_voxels.h"
 #include "field/marks.h"
 #include "field/run_jobs.h"
+#include "field/shape_prior.h"
 #include "image/mask.h"
 #include "image/volume.h"
 
@@ -29,6 +30,8 @@ class EvidenceField {
   explicit EvidenceField(Volume volume, const RunJobs& run = run_serially(), const EvidenceSettings& settings = {},
                          const MakeFieldSolver& make = make_cpu_field_solver);
 
+  /// Sets the factory of the shape prior of the next updates; empty: none.
+  void set_shape_prior(MakeShapePrior make) { make_shape_prior_ = std::move(make); }
   /// Solves the field for these marks, in the order in which they were made. Marks that were added since the last
   /// update mainly change the field near them; if an earlier mark was changed or removed, the previous field is
   /// discarded. `others`: inside marks of other objects, which are constraints of the solver and have no effect on the
@@ -125,6 +128,7 @@ class EvidenceField {
 
   std::unique_ptr<Volume> volume_;  // solver_ has a reference to it
   EvidenceSettings settings_;
+  MakeShapePrior make_shape_prior_;
   std::unique_ptr<FieldSolver> solver_;
   std::vector<Mark> marks_;                                // of the last update
   std::vector<Correction> corrections_;                    // a value for each mark, from the update in which it was new

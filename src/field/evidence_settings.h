@@ -19,6 +19,7 @@ struct EvidenceSettings {
 
   // ---- Prior: outputs of networks on the features of MarkView and UpdateView
   double prior_weight = 0.1;                ///< in mean conductances of a cell; 0: no prior
+  double shape_prior_weight = 3;            ///< prior_weight with a shape prior of share 1
   const PriorNetworks* networks = nullptr;  ///< must outlive the field; null: the networks of the program
   bool use_appearance = true;               ///< appearance score, trained with the cells of the marks
   bool use_geodesic = true;                 ///< geodesic distances to inside and outside marks

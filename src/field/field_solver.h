@@ -14,6 +14,7 @@
 #include "field/marked_voxels.h"
 #include "field/marks.h"
 #include "field/run_jobs.h"
+#include "field/shape_prior.h"
 #include "field/surface_voxel.h"
 #include "field/update_progress.h"
 #include "image/cell_grid.h"
@@ -78,6 +79,8 @@ class FieldSolver {
   /// Sets the constraint mask from the marks and from inside marks of other objects. `open`: sides of the volume
   /// without constraint.
   virtual void set_constraints(std::span<const Mark> marks, std::span<const Mark> others, const BoxSides& open) = 0;
+  /// Sets the prior from a model of the object's shape, which compute_prior() adds; null: none.
+  virtual void set_shape_prior(std::shared_ptr<const ShapePrior> prior) { shape_prior_ = std::move(prior); }
   /// Computes the prior from the constraints and the marks; returns the sharpness beta of the conductances.
   /// `new_balls`: balls of the marks that the previous field does not contain. `scale_mm`: object scale; `radius_mm`:
   /// radius of the largest inside mark.
@@ -116,6 +119,7 @@ class FieldSolver {
   CellSize cell_ = kVoxelCells;
   VolumeGeometry cells_;  ///< grid of all cells of the volume
   VoxelBox box_{};        ///< of cells
+  std::shared_ptr<const ShapePrior> shape_prior_;
 
  private:
   UpdateProgress progress_;

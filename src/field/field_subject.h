@@ -19,6 +19,9 @@ class FieldSubject : public Subject {
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
   const EvidenceField& field() const { return field_; }
 
+ protected:
+  EvidenceField& changeable_field() { return field_; }
+
  private:
   EvidenceField field_;
 };

@@ -2,12 +2,15 @@
 #include "python/items.h"
 
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <array>
+#include <filesystem>
 #include <optional>
 
 #include "forces/step_view.h"
 #include "io/scene/label_preset.h"
+#include "io/scene/mesh_model.h"
 #include "io/scene/point_text.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
@@ -165,6 +168,17 @@ void set_intensity_range(const SceneMesh& mesh, const std::pair<double, double>&
   apply(*mesh.session, SetIntensityRange{mesh.id, {range.first, range.second}});
 }
 
+py::object model_of(const SceneMesh& mesh) {
+  const auto model = read_mesh_item(mesh, [](const MeshItem& item) { return item.model; });
+  return model ? py::object(python_text(model->path)) : py::none();
+}
+
+void set_model(const SceneMesh& mesh, const std::optional<std::filesystem::path>& path) {
+  SetModel command{mesh.id, nullptr};
+  if (path) command.model = load_mesh_model(std::filesystem::absolute(*path).string(), {});
+  apply(*mesh.session, command);
+}
+
 py::dict code_of_mesh(const SceneMesh& mesh) {
   return code_dict(read_mesh_item(mesh, [](const MeshItem& item) { return code_of(item); }));
 }
@@ -213,6 +227,8 @@ void bind_mesh_item(py::class_<SceneMesh>& item) {
           "intensity_range", &intensity_range_of, &set_intensity_range,
           "Intensities that its object can have, (lowest, highest); infinite: no limit. Others are background "
           "unless\nmarked or enclosed.")
+      .def_property("model", &model_of, &set_model,
+                    "Path of the model of its organ, a prior of the segmentation; None: no model.")
       .def_property_readonly("mesh", &surface_of, "Copy of its current shape, a Mesh.")
       .def_property_readonly(
           "points", [](const SceneMesh& mesh) { return points_of(mesh.session, mesh.id); },

@@ -26,7 +26,8 @@ struct AddMesh {
   /// Closed contour around the object in a slice (field/lasso_prompt.h) instead of a seed: the mesh gets the seed of
   /// seed_of_lasso() and an inside lasso. At least three vertices, or none.
   std::vector<Eigen::Vector3d> contour_mm{};
-  Eigen::Vector3d contour_normal{0, 0, 1};  ///< unit normal of its slice
+  Eigen::Vector3d contour_normal{0, 0, 1};   ///< unit normal of its slice
+  std::shared_ptr<const MeshModel> model{};  ///< MeshItem::model
 };
 struct DeleteMesh {
   ItemId mesh;
@@ -100,6 +101,12 @@ struct SetIntensityRange {
   ItemId mesh;
   IntensityRange range;    ///< not empty; infinite limits: none
   bool continues = false;  ///< whether it belongs to the drag of the previous command: undone together
+};
+/// Sets the model of the organ of a mesh (MeshItem::model). Refused for a mesh with MeshItem::start, whose field does
+/// not use it.
+struct SetModel {
+  ItemId mesh;
+  std::shared_ptr<const MeshModel> model;  ///< null: none
 };
 struct MovePoint {
   ItemId point;
@@ -201,7 +208,7 @@ using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, S
                              SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
                              CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison,
                              CommitFieldComparison, EditVoxels, ChooseLabelPreset, AddMeasurement, MoveMeasurement,
-                             RenameMeasurement, DeleteMeasurement, AddLasso, SetIntensityRange>;
+                             RenameMeasurement, DeleteMeasurement, AddLasso, SetIntensityRange, SetModel>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -12,6 +12,7 @@
 #include "field/field_solver.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
+#include "model/model_prior.h"
 #include "session/field_voxels.h"
 #include "session/mesh_marks.h"
 
@@ -43,12 +44,14 @@ using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
 /// fraction, `publish` (may be empty) the preliminary fields of a first update. Throws only DeviceError;
 /// MeshField::problem is set for any other Error.
 std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const EvidenceSettings& settings,
-                                       std::vector<Mark> marks, std::vector<Mark> others, const Volume& volume,
-                                       const RunJobs& run, const ReportProgress& report, const Publish& publish) {
+                                       const std::string& model, std::vector<Mark> marks, std::vector<Mark> others,
+                                       const Volume& volume, const RunJobs& run, const ReportProgress& report,
+                                       const Publish& publish) {
   const IntensityRange& range = settings.intensity_range;
   const VolumeGeometry& geometry = volume.geometry();
   auto solved = std::make_shared<MeshField>();
   solved->intensity_range = range;
+  solved->model = model;
   const auto take_values = [&](MeshField& to) {
     to.cell = field.cell();
     to.box = field.box();
@@ -57,6 +60,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
   const auto publish_box = [&] {
     auto preliminary = std::make_shared<MeshField>();
     preliminary->intensity_range = range;
+    preliminary->model = model;
     take_values(*preliminary);
     publish(std::move(preliminary));
   };
@@ -86,7 +90,8 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
 /// Field of which a new field is an update by local marks alone; null: there is none. `marks`: those of the new one.
 std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks) {
   std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
-  if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range)
+  if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range ||
+      base->model != item.model_checksum())
     return nullptr;
   const std::size_t count = base->marks.size();
   const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
@@ -167,6 +172,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   solving_mesh_ = item.id;
   solving_marks_ = marks;
   solving_range_ = item.intensity_range;
+  solving_model_ = item.model_checksum();
   cancelled_ = false;
   progress_ = 0;
   running_ = true;
@@ -201,14 +207,19 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     return;
   }
   Field& field_of_mesh = fields_[item.id];
-  if (field_of_mesh.range != item.intensity_range) field_of_mesh = {item.intensity_range, nullptr};
+  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_checksum())
+    field_of_mesh = {item.intensity_range, item.model_checksum(), nullptr};
   std::shared_ptr<const MeshField> base = base_of(item, marks);
-  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, base = std::move(base),
-                       marks = std::move(marks), others = std::move(others), run, stop_if_cancelled, publish] {
+  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, model = item.model,
+                       base = std::move(base), marks = std::move(marks), others = std::move(others), run,
+                       stop_if_cancelled, publish] {
     const auto solve_with = [&](const MakeFieldSolver& make) {
       EvidenceSettings settings = settings_;
       settings.intensity_range = range;
-      const auto make_field = [&] { *one = std::make_unique<EvidenceField>(*volume_, run, settings, make); };
+      const auto make_field = [&] {
+        *one = std::make_unique<EvidenceField>(*volume_, run, settings, make);
+        if (model) (*one)->set_shape_prior(shape_prior_maker(model->organ, *volume_, run));
+      };
       // After an undo, a cancellation or the start of the program, local marks change the field that the mesh has.
       bool first = !*one;
       if (first) make_field();
@@ -218,7 +229,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       }
       // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(
-          **one, first, settings, marks, others, *volume_, run,
+          **one, first, settings, model ? model->checksum : "", marks, others, *volume_, run,
           [this, stop_if_cancelled, from = progress_.load()](float fraction) {
             stop_if_cancelled();
             progress_ = from + (1 - from) * fraction;

@@ -58,6 +58,7 @@ class FieldUpdater {
   /// Marks of the field that was started last.
   const std::vector<Mark>& solving_marks() const { return solving_marks_; }
   const IntensityRange& solving_range() const { return solving_range_; }  ///< of that field
+  const std::string& solving_model() const { return solving_model_; }     ///< MeshField::model of that field
   /// Mesh whose field is being solved; 0: none.
   ItemId solving_mesh() const { return solving_mesh_; }
   /// Completed fraction of the field that is being solved, 0 to 1; never decreases before finish(). 0 if no field is
@@ -90,12 +91,14 @@ class FieldUpdater {
   std::unique_ptr<Volume> volume_;
   struct Field {
     IntensityRange range;
+    std::string model;  ///< MeshField::model
     std::unique_ptr<EvidenceField> field;
   };
   std::map<ItemId, Field> fields_;
   ItemId solving_mesh_ = 0;
   std::vector<Mark> solving_marks_;
   IntensityRange solving_range_;
+  std::string solving_model_;
   std::atomic<bool> cancelled_ = false;  ///< read by the background thread between parallel loops
   std::atomic<float> progress_ = 0;      ///< completed fraction, written by the background thread
   std::future<Result> result_;

@@ -23,6 +23,7 @@
 
 namespace simplexseg {
 
+struct OrganModel;
 struct PromptStroke;
 
 using ItemId = std::uint32_t;  ///< id of a mesh, point or measurement, unique in a session; 0: none
@@ -46,6 +47,13 @@ struct MeshStart {
   std::optional<double> value;  ///< label; none: every voxel that is not 0
   int part = 0;                 ///< connected component, numbered by size from 1, the largest; 0: all
   std::shared_ptr<const SimplexMesh> mesh;
+};
+
+/// Statistical model of the organ of a mesh: a prior of its field (model/organ_model.h).
+struct MeshModel {
+  std::string path;      ///< path of the model file, as in the scene file
+  std::string checksum;  ///< of the contents of the file
+  std::shared_ptr<const OrganModel> organ;
 };
 
 /// Result of the last comparison of a mesh with its field.
@@ -83,6 +91,7 @@ struct MeshItem {
   std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
   IntensityRange intensity_range;          ///< constraint of its field: other intensities are background
+  std::shared_ptr<const MeshModel> model;  ///< null: none
   std::shared_ptr<const MeshField> field;  ///< field solved from the marks; null: not solved yet
   /// Set while the user has cancelled the update of `field` (is_update_cancelled()); null: not cancelled. Not saved, so
   /// that a reopened scene applies all its marks.
@@ -95,6 +104,11 @@ struct MeshItem {
   FieldFit fit;
   SleepState sleep;
 
+  /// Checksum of the model; "" without one.
+  const std::string& model_checksum() const {
+    static const std::string none;
+    return model ? model->checksum : none;
+  }
   bool has_field() const { return field && !field->values.empty(); }
 };
 

@@ -34,6 +34,7 @@ void check_mesh(const MeshItem& item, const Volume& volume) {
   check_seed(item.seed, item.name, volume);
   check_code(item.code, item.name);
   check_range(item, item.intensity_range);
+  check_model(item, item.model.get());
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
 
@@ -129,6 +130,15 @@ void check_range(const MeshItem& item, const IntensityRange& range) {
     throw Error("the range of intensities of '" + item.name + "'",
                 "the segmentation starts from labels or a mesh, which the image does not change",
                 "start it from a seed to limit its intensities");
+}
+
+void check_model(const MeshItem& item, const MeshModel* model) {
+  if (!model) return;
+  if (!model->organ) throw Error("the model of '" + item.name + "'", "it was not read", "read its file first");
+  if (item.start)
+    throw Error("the model of '" + item.name + "'",
+                "the segmentation starts from labels or a mesh, which the image does not change",
+                "start it from a seed to use a model");
 }
 
 void check_code(const SegmentCode& code, const std::string& name) {

@@ -30,6 +30,8 @@ void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm)
 /// Throws unless the lower limit of a range is below the upper one, and for a range of a mesh that starts from labels
 /// or a mesh.
 void check_range(const MeshItem& item, const IntensityRange& range);
+/// Throws for a model that was not read, and for a model (null: none) of a mesh that starts from labels or a mesh.
+void check_model(const MeshItem& item, const MeshModel* model);
 /// Throws unless paint belongs to an inside or outside point and has what its brush needs: a radius up to 100 mm, a
 /// unit normal, a thickness, three vertices or voxels.
 void check_paint(const UserPoint& point);

@@ -59,6 +59,8 @@ SceneChange SceneEditor::execute(const AddMesh& command) {
   if (command.start && !command.start->mesh)
     throw Error("segmentation '" + item.name + "'", "its labels or mesh were not read", "read them first");
   item.start = command.start;
+  check_model(item, command.model.get());
+  item.model = command.model;
   check_seed(item.seed, item.name, volume_);
   item.colour = command.colour.value_or(free_colour(scene_));
   item.label = label_of_name(scene_, item.name, item.id);
@@ -252,6 +254,15 @@ SceneChange SceneEditor::execute(const SetIntensityRange& command) {
   refuse_locked(item);
   check_range(item, command.range);
   item.intensity_range = command.range;
+  item.cancelled = nullptr;
+  return {EngineUpdate::Nothing};
+}
+
+SceneChange SceneEditor::execute(const SetModel& command) {
+  MeshItem& item = item_of(command.mesh);
+  refuse_locked(item);
+  check_model(item, command.model.get());
+  item.model = command.model;
   item.cancelled = nullptr;
   return {EngineUpdate::Nothing};
 }

@@ -48,6 +48,7 @@ class SceneEditor {
   SceneChange execute(const EditVoxels& command);
   SceneChange execute(const AddLasso& command);
   SceneChange execute(const SetIntensityRange& command);
+  SceneChange execute(const SetModel& command);
   SceneChange execute(const ChooseLabelPreset& command);
   SceneChange execute(const AddMeasurement& command);
   SceneChange execute(const MoveMeasurement& command);

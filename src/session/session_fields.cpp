@@ -135,15 +135,16 @@ ItemId Session::mesh_with_due_update() const {
   return 0;
 }
 
-/// Cancels the field that is being solved if its mesh no longer exists, if a mark of the mesh was withdrawn or its
-/// range changed, or if the present field of the mesh fits all marks. Depends only on the scene and the solved marks,
-/// so a replay decides alike.
+/// Cancels the field that is being solved if its mesh no longer exists, if a mark of the mesh was withdrawn, its
+/// range or its model changed, or if the present field of the mesh fits all marks. Depends only on the scene and the
+/// solved marks, so a replay decides alike.
 void Session::cancel_useless_field_update() {
   const ItemId mesh = field_updater_.solving_mesh();
   if (mesh == 0) return;
   const MeshItem* const item = scene_.find_mesh(mesh);
   const auto is_withdrawn = [&] {
     if (item->intensity_range != field_updater_.solving_range()) return true;
+    if (item->model_checksum() != field_updater_.solving_model()) return true;
     const std::vector<Mark>& solved = field_updater_.solving_marks();
     const std::vector<Mark> now = marks_of(scene_, *item, volume_);
     return now.size() < solved.size() || !std::equal(solved.begin(), solved.end(), now.begin());

@@ -30,6 +30,7 @@ class ForwardingSolver : public FieldSolver {
   void set_constraints(std::span<const Mark> marks, std::span<const Mark> others, const BoxSides& open) override {
     inner_->set_constraints(marks, others, open);
   }
+  void set_shape_prior(std::shared_ptr<const ShapePrior> prior) override { inner_->set_shape_prior(std::move(prior)); }
   double compute_prior(std::span<const Mark> marks, std::span<const NewMarkBall> new_balls, double scale_mm,
                        double radius_mm) override {
     return inner_->compute_prior(marks, new_balls, scale_mm, radius_mm);

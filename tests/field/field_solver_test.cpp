@@ -236,6 +236,33 @@ TEST_P(ParallelField, EveryPartCanBeSwitchedOff) {
     EXPECT_TRUE(field_with(part.change) != whole) << part.name;
 }
 
+TEST_P(ParallelField, AddsAShapePrior) {
+  const Scene scene = ellipsoid(32, 1, {11, 8, 7}, 40);
+  const auto prior = std::make_shared<ShapePrior>();  // an object that ends at x = 4 mm
+  prior->grid = scene.image.geometry();
+  prior->bounds_mm = {Eigen::Vector3d(-11, -8, -7), Eigen::Vector3d(4, 8, 7)};
+  prior->outside = -8;
+  each_index({scene.image.geometry().size}, [&](int i, int, int, int v) {
+    prior->log_odds.push_back(scene.truth.voxels[v] != 0 && i < 20 ? 8.0f : -8.0f);
+  });
+  const std::vector<Mark> marks{inside({-3, 0, 0}, 4), outside({0, 9, 0}, 2)};
+  EvidenceField cpu(scene.image), field = field_of(scene), without = field_of(scene);
+  for (EvidenceField* both : {&cpu, &field}) both->set_shape_prior([&](std::span<const Mark>) { return prior; });
+  for (std::size_t count = 1; count <= marks.size(); ++count) {
+    const std::span<const Mark> now(marks.data(), count);
+    for (EvidenceField* all : {&cpu, &field, &without}) all->update(now);
+    if (GetParam() == "cuda") expect_equal(field, cpu, count);
+    const auto beyond = [&](const EvidenceField& one) {  // voxels at x > 4 mm
+      const Mask object = one.object();
+      std::size_t found = 0;
+      each_index({scene.image.geometry().size},
+                 [&](int i, int, int, int v) { found += i > 20 && object.voxels[v] != 0; });
+      return found;
+    };
+    EXPECT_LT(beyond(field), beyond(without) / 4) << count;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Executors, ParallelField, ::testing::Values("cpu", "cuda"),
                          [](const auto& info) { return info.param; });
 

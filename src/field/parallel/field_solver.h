@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -172,7 +173,8 @@ class ParallelFieldSolver final : public FieldSolver {
         fetch_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_, smoothed_.data(), constraints_.data(),
                                box_around_inside(painted_balls(cells_, box_, marks)));
     const std::uint8_t* const previous = has_previous_ ? previous_.data() : nullptr;
-    prior_.compute({marks, constraints_.data(), previous, new_balls, scale_mm, radius_mm}, &progress());
+    prior_.compute({marks, constraints_.data(), previous, new_balls, scale_mm, radius_mm, shape_prior_.get()},
+                   &progress());
     beta_ = sharpness_of(received_inner_difference(executor_, difference), settings_);
     prior_.interpolate(smoothed_.data(), edge_difference(beta_), target_.data());
     return beta_;
@@ -184,7 +186,7 @@ class ParallelFieldSolver final : public FieldSolver {
       walker_->resume(tolerance, settings_.most_iterations, report_progress);
     } else {
       const Array<std::uint8_t>& conducts = in_range_.size() != 0 ? in_range_ : finite_;
-      set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), conducts.data(), beta_, settings_.prior_weight);
+      set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), conducts.data(), beta_, prior_weight());
       executor_.clear(fixed_.data(), fixed_.size());
       prior_.mark_open(constraints_.data(), fixed_.data());
       executor_.each(count(), FixConstrained{constraints_.data(), fixed_.data(), walker_->field()});
@@ -281,6 +283,12 @@ class ParallelFieldSolver final : public FieldSolver {
   using Array = typename Executor::template Array<T>;
 
   int count() const { return static_cast<int>(probability_.size()); }
+  /// Weight of the prior between those without and with a shape prior.
+  double prior_weight() const {
+    if (settings_.prior_weight == 0) return 0;
+    const double share = shape_prior_ ? shape_prior_->share : 0;
+    return std::pow(settings_.prior_weight, 1 - share) * std::pow(settings_.shape_prior_weight, share);
+  }
   void allocate_workspace() {
     if (walker_) return;
     const BoxGrid grid{box_.size};

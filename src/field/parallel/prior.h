@@ -33,6 +33,7 @@ struct DevicePrompts {
   const std::uint8_t* previous;   ///< previous field, 1..255 for 0..1, 0: unknown; null without one
   std::span<const NewMarkBall> new_balls;
   double scale_mm, radius_mm;
+  const ShapePrior* shape = nullptr;  ///< null: none
 };
 
 /// Prior of the field: foreground probability on blocks of cells. The width of blocks increases with the object scale,
@@ -98,6 +99,10 @@ class ParallelPrior {
     } else if (settings_.expected_dice_threshold) {
       apply_expected_dice_threshold();
     }
+    if (prompts.shape) {
+      shape_log_odds_ = executor_.template copy_of<float>(prompts.shape->at_cells(coarse_.geometry, run_));
+      executor_.each(blocks(), AddLogOdds{shape_log_odds_.data(), prior_});
+    }
   }
 
   /// FieldSolver::record_features()
@@ -128,6 +133,7 @@ class ParallelPrior {
     nearest_ = {};
     nearest_new_ = {};
     counts_ = {};
+    shape_log_odds_ = {};
     geodesic_.reset();
     walker_.reset();
     if (appearance_) appearance_->release_workspace();
@@ -135,9 +141,9 @@ class ParallelPrior {
   /// Memory of the executor and of the host, bytes.
   std::size_t bytes() const {
     std::size_t bytes = marks_network_.bytes() + update_network_.bytes() + painted_.bytes() + balls_.bytes() +
-                        places_.bytes() + new_balls_.bytes() + image_.bytes() + features_.bytes() +
-                        constraints_.bytes() + nearest_.bytes() + nearest_new_.bytes() + counts_.bytes() +
-                        host_constraints_.size();
+                        places_.bytes() + new_balls_.bytes() + shape_log_odds_.bytes() + image_.bytes() +
+                        features_.bytes() + constraints_.bytes() + nearest_.bytes() + nearest_new_.bytes() +
+                        counts_.bytes() + host_constraints_.size();
     bytes += all_floats_.bytes() + all_bytes_.bytes();
     bytes += coarse_.smoothed.size() * sizeof(float);
     for (const std::vector<float>& feature : coarse_.features) bytes += feature.size() * sizeof(float);
@@ -402,6 +408,7 @@ class ParallelPrior {
   std::vector<Constraint> host_constraints_;
   // A value for each block of the present box.
   Floats image_, features_;  ///< `features_`: features x blocks
+  Floats shape_log_odds_;    ///< of ShapePrior
   Floats random_walk_;       ///< solution of the random walker of the marks alone
   // A value for each block, for an update.
   typename Executor::template Array<Constraint> constraints_;

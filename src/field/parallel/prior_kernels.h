@@ -164,4 +164,14 @@ struct ScaleOdds {
   SIMPLEXSEG_HD void operator()(int v) const { prior[v] = scaled_odds(prior[v], factor); }
 };
 
+/// Adds log odds to those of a prior.
+struct AddLogOdds {
+  const float* log_odds;
+  std::uint8_t* prior;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const float least = 0.5f / 255, p = smaller(larger(prior[v] / 255.0f, least), 1 - least);
+    prior[v] = network_output(std::log(p / (1 - p)) + log_odds[v]);
+  }
+};
+
 }  // namespace simplexseg

@@ -38,6 +38,7 @@
 #include "gui/window/key_dialog.h"
 #include "gui/window/label_actions.h"
 #include "gui/window/message_bar.h"
+#include "gui/window/model_menu.h"
 #include "gui/window/name_popup.h"
 #include "gui/window/side_panels.h"
 #include "gui/window/space_menus.h"
@@ -210,6 +211,7 @@ void MainWindow::build_menus() {
                               {Act::DeleteMesh}});
   segmentation->insertMenu(segmentation->actions().at(1), new LabelPresetMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new VoxelMenu(*workbench_, segmentation));
+  segmentation->insertMenu(actions[Act::MeshFromLabels], new ModelMenu(*workbench_, segmentation));
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ = fill(
       tr("&View"),

@@ -14,6 +14,7 @@
 #include "io/scene/json_input.h"
 #include "io/scene/json_output.h"
 #include "io/scene/label_numbers.h"
+#include "io/scene/mesh_model.h"
 #include "io/scene/mesh_start.h"
 #include "io/scene/parameter_json.h"
 #include "io/scene/parameter_text.h"
@@ -52,6 +53,7 @@ Json keys_json(const AddMesh& c) {
   Json json = {{"name", c.name}, {"centre_mm", vector_json<Json>(c.seed.centre_mm)}, {"radius_mm", c.seed.radius_mm}};
   if (c.colour) json["colour"] = colour_json(*c.colour);
   if (c.like) json["like"] = c.like;
+  if (c.model) json["model"] = mesh_model_json<Json>(*c.model, c.model->path);
   if (c.start) json["start"] = start_json<Json>(*c.start, c.start->path);
   if (!c.box_mm.empty()) json["box_mm"] = path_json<Json>(c.box_mm);
   if (!c.contour_mm.empty())
@@ -61,12 +63,13 @@ Json keys_json(const AddMesh& c) {
 }
 void read_keys(const JsonInput& in, AddMesh& c) {
   expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start", "box_mm", "code", "contour_mm",
-                   "contour_normal"});
+                   "contour_normal", "model"});
   if (in.has("name")) c.name = in["name"].text_or_empty();
   c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
   if (in.has("colour")) c.colour = colour_from_json(in["colour"]);
   if (in.has("like")) c.like = read_id(in["like"]);
   if (in.has("start")) c.start = mesh_start_from_json(in["start"]);
+  if (in.has("model")) c.model = mesh_model_from_json(in["model"], {});
   if (in.has("box_mm")) c.box_mm = read_path(in["box_mm"]);
   if (in.has("contour_normal") && !(in.has("contour_mm") && in["contour_mm"].size() > 0))
     in["contour_normal"].fail("there is no contour", "give the vertices of the lasso, or leave it out");
@@ -280,6 +283,17 @@ void read_keys(const JsonInput& in, SetIntensityRange& c) {
   c.continues = in.has("continues") && in["continues"].boolean();
 }
 
+Json keys_json(const SetModel& c) {
+  Json json = {{"mesh", c.mesh}};
+  if (c.model) json["model"] = mesh_model_json<Json>(*c.model, c.model->path);
+  return json;
+}
+void read_keys(const JsonInput& in, SetModel& c) {
+  expect_keys(in, {"mesh", "model"});
+  c.mesh = read_id(in["mesh"]);
+  if (in.has("model")) c.model = mesh_model_from_json(in["model"], {});
+}
+
 Json keys_json(const EditVoxels& c) {
   const VoxelEditInfo& info = info_of(c.edit);
   Json json = {{"mesh", c.mesh}, {"edit", info.name}};
@@ -349,7 +363,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "rename_measurement",
                                          "delete_measurement",
                                          "add_lasso",
-                                         "set_intensity_range"};
+                                         "set_intensity_range",
+                                         "set_model"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

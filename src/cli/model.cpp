@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <ostream>
+#include <thread>
+
+#include "app/load.h"
+#include "app/model_cases.h"
+#include "app/progress.h"
+#include "app/table.h"
+#include "cli/commands.h"
+#include "core/number_text.h"
+#include "core/thread_pool.h"
+#include "io/model/model_file.h"
+#include "io/platform/output_checks.h"
+
+namespace simplexseg {
+namespace {
+
+struct TrainOptions {
+  std::string table, out, name, modality, scale = "auto";
+  TrainingSettings settings;
+  int threads = 0;
+};
+
+void train(const TrainOptions& options, const Console& console) {
+  OutputChecks({options.table}).require_file(options.out);
+  const std::vector<TableCase> rows = read_case_table(options.table);
+  std::vector<std::string> warnings;
+  std::vector<ModelCase> cases;
+  const int threads =
+      options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  ThreadPool pool(threads);
+  const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
+  const auto begin = std::chrono::steady_clock::now();
+  ModelFile file;
+  RegisteredCases registered;
+  {
+    const Progress progress(console, "training");
+    for (const TableCase& row : rows) cases.push_back(load_model_case(row, warnings));
+    TrainingSettings settings = options.settings;
+    settings.scale = options.scale == "hounsfield"    ? IntensityScale::Hounsfield
+                     : options.scale == "percentiles" ? IntensityScale::Percentiles
+                                                      : scale_for(cases);
+    registered = register_cases(cases, settings, run);
+    OrganModel organ = train_model(registered, settings, run);
+    organ.name = options.name;
+    organ.modality = options.modality;
+    file.organs.push_back(std::move(organ));
+    write_model(options.out, file);
+  }
+  print_warnings(warnings, console);
+  std::vector<std::vector<std::string>> table{{"case", "distance mm", "folded vertices"}};
+  for (const RegisteredCase& one : registered.cases)
+    table.push_back({one.data->name, fixed_or_dash(one.distance_mm, 3), std::to_string(one.folded)});
+  print_table(console.out, table, 1);
+  const OrganModel& organ = file.organs[0];
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  console.out << "cases      " << cases.size() << "\nvertices   " << organ.shape.vertex_count() << "\nmodes      "
+              << organ.shape.mode_count() << "\nintensity  "
+              << (organ.profiles.scale == IntensityScale::Hounsfield ? "Hounsfield units" : "percentiles")
+              << "\nerror      " << length_text(organ.surface_error_mm) << " (root mean square, cases left out)"
+              << "\nchecksum   " << file.checksum << "\ntime       " << fixed_or_dash(seconds, 1) << " s\n";
+}
+
+void show(const std::string& path, const Console& console) {
+  const ModelFile file = read_model(path);
+  for (const OrganModel& organ : file.organs) {
+    const Eigen::VectorXd variances = organ.shape.modes.cast<double>().colwise().squaredNorm();
+    console.out << "name       " << (organ.name.empty() ? "-" : organ.name) << "\nmodality   "
+                << (organ.modality.empty() ? "-" : organ.modality) << "\ncases      " << organ.sources.size()
+                << "\nvertices   " << organ.shape.vertex_count() << "\nerror      "
+                << length_text(organ.surface_error_mm) << " (root mean square, cases left out)\nchecksum   "
+                << file.checksum << "\n\n";
+    std::vector<std::vector<std::string>> table{{"mode", "deviation mm", "variance %", "together %"}};
+    double sum = 0;
+    for (Eigen::Index m = 0; m < variances.size(); ++m) {
+      sum += variances[m];
+      table.push_back({std::to_string(m + 1), fixed_or_dash(std::sqrt(variances[m] / organ.shape.vertex_count()), 3),
+                       fixed_or_dash(100 * variances[m] / variances.sum(), 1),
+                       fixed_or_dash(100 * sum / variances.sum(), 1)});
+    }
+    print_table(console.out, table, 1);
+  }
+}
+
+}  // namespace
+
+void add_model(const Subcommand& app, Action& action) {
+  const Subcommand model =
+      app.add_subcommand("model", "Trains and shows statistical models of organs (docs/models.md)");
+  model.require_subcommand();
+  const Subcommand sub =
+      model.add_subcommand("train", "Trains a model of shape and intensity profiles from labelled cases");
+  const auto options = std::make_shared<TrainOptions>();
+  sub.add_option("TABLE", options->table, "CSV table with the columns image, labels, label, mirror (docs/models.md)")
+      .required();
+  sub.add_option("OUT", options->out, "Model file").required().not_empty();
+  sub.add_option("--name", options->name, "Name of the organ");
+  sub.add_option("--modality", options->modality, "Modality of the images, for example CT");
+  sub.add_option("--vertices", options->settings.vertices,
+                 "Approximate number of vertices of the template; 0: 1000, or more for a thin object")
+      .within(0, 20000)
+      .show_default();
+  sub.add_option("--modes", options->settings.modes, "Largest number of modes of the shape")
+      .within(1, 1000)
+      .show_default();
+  sub.add_option(
+         "--scale", options->scale,
+         "Intensities: hounsfield (CT), percentiles (other images), or auto: hounsfield if all images contain air "
+         "at -500 or below")
+      .one_of({"auto", "hounsfield", "percentiles"})
+      .show_default();
+  sub.add_option("--threads", options->threads, "CPU threads; 0: all cores").within(0, 1024).show_default();
+  sub.callback([options, &action] { action = [options](const Console& console) { train(*options, console); }; });
+  const Subcommand shown = model.add_subcommand("show", "Prints the modes of a model, its cases and its error");
+  const auto path = std::make_shared<std::string>();
+  shown.add_option("MODEL", *path, "Model file").required();
+  shown.callback([path, &action] { action = [path](const Console& console) { show(*path, console); }; });
+}
+
+}  // namespace simplexseg

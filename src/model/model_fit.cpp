@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/model_fit.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "model/template_registration.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kShifts = 12;  ///< largest shift of a search, samples
+constexpr int kPlaces = 2 * kShifts + 1;
+constexpr int kSamples = ProfileModel::kSamples;
+constexpr int kLine = kSamples + 2 * kShifts;  ///< samples of a searched line
+constexpr double kIndependentSamples = 6;      ///< independent samples of a profile
+constexpr double kIndependentVertices = 80;    ///< independent shifts of a surface
+constexpr double kMostCost = 9;                ///< bound of the mean squared distance of a profile in the energy
+constexpr double kShiftDeviation = 2;          ///< prior deviation of a shift, samples
+constexpr int kStartIterations = 6, kIterations = 20, kMarkIterations = 12;
+constexpr int kStartStride = 3;         ///< every so many vertices compare orientations
+constexpr std::size_t kBestStarts = 3;  ///< orientations from which the iteration is completed
+constexpr double kLeastTurn = 0.15;     ///< least deviation of rotations among the starts, radians
+constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
+constexpr double kLeastExtent = 0.8;    ///< ratio of extents of volumes with similar fields of view
+constexpr double kImageRadius = 2.5;    ///< half edge of the profile image, sizes of the mean shape
+
+/// Squared Mahalanobis distance of the profiles at all shifts of a line. `mean`, `whitening`: of the vertex.
+void profile_costs(const std::array<float, kLine>& line, const float* mean, const float* whitening,
+                   std::array<float, kPlaces>& costs) {
+  std::array<std::array<float, kPlaces>, kSamples> difference;
+  for (int j = 0; j < kSamples; ++j)
+    for (int s = 0; s < kPlaces; ++s) difference[j][s] = line[s + j] - mean[j];
+  costs.fill(0);
+  for (int i = 0; i < kSamples; ++i) {
+    std::array<float, kPlaces> sum{};
+    for (int j = 0; j <= i; ++j) {
+      const float w = *whitening++;
+      for (int s = 0; s < kPlaces; ++s) sum[s] += w * difference[j][s];
+    }
+    for (int s = 0; s < kPlaces; ++s) costs[s] += sum[s] * sum[s];
+  }
+}
+
+}  // namespace
+
+/// Distribution of the pose for a seed.
+struct ModelFitter::Prior {
+  Eigen::Matrix<double, 7, 1> mean, precision;  ///< of log scale, rotation vector, shift
+};
+
+struct ModelFitter::State {
+  double log_scale = 0;
+  Eigen::Vector3d rotation{0, 0, 0}, shift{0, 0, 0};
+  Eigen::VectorXd coefficients;
+
+  Eigen::Matrix<double, 7, 1> pose() const {
+    Eigen::Matrix<double, 7, 1> all;
+    all << log_scale, rotation, shift;
+    return all;
+  }
+};
+
+double size_of(const ShapeModel& shape) {
+  double sum = 0;
+  for (const Eigen::Vector3f& p : shape.mean.positions) sum += p.squaredNorm();
+  return std::sqrt(sum / shape.vertex_count());
+}
+
+ModelFitter::ModelFitter(const OrganModel& model, const Volume& volume, RunJobs run)
+    : model_(model), volume_(volume), run_(std::move(run)) {}
+
+ModelFitter::Prior ModelFitter::prior_of(const Mark* seed) const {
+  const PosePrior& pose = model_.shape.pose;
+  Prior prior;
+  prior.mean << pose.log_scale.mean, pose.rotation.mean, Eigen::Vector3d::Zero();
+  prior.precision << 1 / std::pow(pose.log_scale.deviation, 2),
+      pose.rotation.deviation.array().square().inverse().matrix(), Eigen::Vector3d::Zero();
+  const auto observe = [&](int k, double value, double deviation) {
+    const double precision = 1 / (deviation * deviation);
+    prior.mean[k] = (prior.mean[k] * prior.precision[k] + value * precision) / (prior.precision[k] + precision);
+    prior.precision[k] += precision;
+  };
+  const VolumeGeometry& geometry = volume_.geometry();
+  if (seed) {
+    observe(0, std::log(seed->radius_mm) - pose.log_radius.mean, pose.log_radius.deviation);
+    for (int a = 0; a < 3; ++a)
+      observe(4 + a, seed->position_mm[a] + pose.from_seed.mean[a], pose.from_seed.deviation[a]);
+  }
+  bool similar = true;
+  const Eigen::Vector3d extent =
+      (geometry.direction.cwiseAbs() *
+       geometry.spacing_mm.cwiseProduct(Eigen::Vector3d(geometry.size[0], geometry.size[1], geometry.size[2])));
+  for (int a = 0; a < 3; ++a) {
+    const double ratio = extent[a] / pose.extent_mm[a];
+    similar = similar && ratio > kLeastExtent && ratio < 1 / kLeastExtent;
+  }
+  if (similar || !seed)
+    for (int a = 0; a < 3; ++a)
+      observe(4 + a, geometry.centre_mm()[a] + pose.from_centre.mean[a], pose.from_centre.deviation[a]);
+  return prior;
+}
+
+void ModelFitter::prepare(const Mark* seed) {
+  const double size = size_of(model_.shape);
+  const Prior prior = prior_of(seed);
+  const Eigen::Vector3d centre = seed ? seed->position_mm : Eigen::Vector3d(prior.mean.tail<3>());
+  image_.emplace(volume_, centre, kImageRadius * size, model_.profiles, run_);
+  struct Start {
+    State state;
+    double energy;
+  };
+  std::vector<Start> starts;
+  const auto add = [&](const Eigen::Vector3d& turn) {
+    State state = start_of(prior, turn);
+    for (int k = 0; k < kStartIterations; ++k) iterate(state, prior, {}, kStartStride, 1.5);
+    starts.push_back({state, energy_of(state, prior, kStartStride, nullptr)});
+  };
+  add(Eigen::Vector3d::Zero());
+  for (const double turns : kTurns)
+    for (int a = 0; a < 3; ++a)
+      for (const double sign : {-1.0, 1.0})
+        add(sign * turns * std::max(model_.shape.pose.rotation.deviation[a], kLeastTurn) * Eigen::Vector3d::Unit(a));
+  std::ranges::stable_sort(starts, {}, &Start::energy);
+  starts.resize(std::min(starts.size(), kBestStarts));
+  for (Start& start : starts) {
+    for (int k = 0; k < kIterations; ++k)
+      iterate(start.state, prior, {}, 1, k < kIterations / 3 ? 1.25 : k < 2 * kIterations / 3 ? 1.0 : 0.75);
+    start.energy = energy_of(start.state, prior, 1, nullptr);
+  }
+  of_seed_ = std::make_shared<State>(std::ranges::min_element(starts, {}, &Start::energy)->state);
+}
+
+ModelFitter::State ModelFitter::start_of(const Prior& prior, const Eigen::Vector3d& turn) const {
+  State state;
+  state.log_scale = prior.mean[0];
+  state.rotation = rotation_vector(rotation_of(turn) * rotation_of(prior.mean.segment<3>(1)));
+  state.shift = prior.mean.tail<3>();
+  state.coefficients = Eigen::VectorXd::Zero(model_.shape.mode_count());
+  return state;
+}
+
+Eigen::Matrix3Xd ModelFitter::points_at(const State& state) const {
+  const ShapeModel& shape = model_.shape;
+  const Eigen::VectorXf deformation = shape.modes * state.coefficients.cast<float>();
+  Eigen::Matrix3Xd points = points_of(shape.mean);
+  points += Eigen::Map<const Eigen::Matrix3Xf>(deformation.data(), 3, shape.vertex_count()).cast<double>();
+  return Similarity{std::exp(state.log_scale), rotation_of(state.rotation), state.shift}(points);
+}
+
+void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark> marks, int stride,
+                          double widest) const {
+  const ShapeModel& shape = model_.shape;
+  const ProfileModel& profiles = model_.profiles;
+  const int vertices = shape.vertex_count(), modes = shape.mode_count();
+  const Eigen::Matrix3Xd x = points_at(state);
+  const Eigen::Matrix3Xd normals = normals_of(shape.mean.neighbours, x);
+  const double h = profiles.step_mm, deviation = kShiftDeviation * widest * h;
+  // Expected shift of each vertex, and its precision; 0 without one.
+  std::vector<double> shift(vertices, 0), weight(vertices, 0);
+  const int searched = (vertices + stride - 1) / stride;
+  constexpr int kVerticesPerJob = 32;
+  run_((searched + kVerticesPerJob - 1) / kVerticesPerJob, [&](int job) {
+    std::array<float, kLine> line;
+    std::array<float, kPlaces> costs;
+    const int last = std::min(searched, (job + 1) * kVerticesPerJob);
+    for (int at = job * kVerticesPerJob; at < last; ++at) {
+      const int v = at * stride;
+      if (!image_->is_in_volume(x.col(v))) continue;
+      for (int s = 0; s < kLine; ++s) line[s] = image_->sample(x.col(v) + (s - kLine / 2) * h * normals.col(v));
+      profile_costs(line, &profiles.mean[std::size_t(v) * kSamples],
+                    &profiles.whitening[std::size_t(v) * ProfileModel::kWhitening], costs);
+      std::array<double, kPlaces> log_probability;
+      double largest = -std::numeric_limits<double>::infinity();
+      for (int s = 0; s < kPlaces; ++s) {
+        const double mm = (s - kShifts) * h;
+        log_probability[s] = -0.5 * costs[s] * kIndependentSamples / kSamples - mm * mm / (2 * deviation * deviation);
+        largest = std::max(largest, log_probability[s]);
+      }
+      double sum = 0, mean = 0, square = 0;
+      for (int s = 0; s < kPlaces; ++s) {
+        const double p = std::exp(log_probability[s] - largest), mm = (s - kShifts) * h;
+        sum += p, mean += p * mm, square += p * mm * mm;
+      }
+      mean /= sum;
+      shift[v] = mean;
+      weight[v] = std::min(1.0, kIndependentVertices / searched) / (square / sum - mean * mean + h * h);
+    }
+  });
+  // Marks observe single vertices with the precision of a quarter of a cell, or half of a sample.
+  const double mark_weight = 1 / std::pow(0.5 * std::max(h, 0.5 * image_->cell_mm()), 2);
+  const auto observe = [&](int v, double mm) {
+    shift[v] = (shift[v] * weight[v] + mm * mark_weight) / (weight[v] + mark_weight);
+    weight[v] += mark_weight;
+  };
+  for (const Mark& mark : marks) {
+    Eigen::Index nearest = 0;
+    const Eigen::VectorXd squares = (x.colwise() - mark.position_mm).colwise().squaredNorm().transpose();
+    squares.minCoeff(&nearest);
+    const auto v = static_cast<int>(nearest);
+    const double out = normals.col(v).dot(mark.position_mm - x.col(v));  // of the mark, beyond the surface
+    if (mark.kind == MarkKind::Boundary) {
+      observe(v, out);
+      continue;
+    }
+    const double side = mark.kind == MarkKind::Inside ? 1 : -1;
+    const double missing = side * out + mark.radius_mm;
+    if (missing > 0) observe(v, side * missing);
+  }
+  // Normal equations of the changes of pose and coefficients.
+  const int unknowns = 7 + modes;
+  const double scale = std::exp(state.log_scale);
+  const Eigen::Matrix3d turn = scale * rotation_of(state.rotation);
+  Eigen::MatrixXd rows(vertices, unknowns);
+  Eigen::VectorXd right(vertices);
+  int used = 0;
+  for (int v = 0; v < vertices; ++v) {
+    if (weight[v] == 0) continue;
+    const double root = std::sqrt(weight[v]);
+    const Eigen::Vector3d n = normals.col(v), y = x.col(v) - state.shift;
+    rows(used, 0) = root * n.dot(y);
+    rows.block<1, 3>(used, 1) = root * y.cross(n).transpose();
+    rows.block<1, 3>(used, 4) = root * n.transpose();
+    const Eigen::RowVector3f in_model = (root * (turn.transpose() * n)).transpose().cast<float>();
+    rows.block(used, 7, 1, modes) = (in_model * shape.modes.middleRows(3 * v, 3)).cast<double>();
+    right[used] = root * shift[v];
+    ++used;
+  }
+  Eigen::VectorXd precision = Eigen::VectorXd::Ones(unknowns), present(unknowns);
+  precision.head<7>() = prior.precision;
+  present << state.pose() - prior.mean, state.coefficients;
+  const auto j = rows.topRows(used);
+  Eigen::MatrixXd matrix = j.transpose() * j;
+  matrix.diagonal() += precision;
+  const Eigen::VectorXd change =
+      matrix.ldlt().solve(j.transpose() * right.head(used) - precision.cwiseProduct(present));
+  state.log_scale += change[0];
+  state.rotation = rotation_vector(rotation_of(change.segment<3>(1)) * rotation_of(state.rotation));
+  state.shift += change.segment<3>(4);
+  state.coefficients += change.tail(modes);
+}
+
+double ModelFitter::energy_of(const State& state, const Prior& prior, int stride, double* mean_cost) const {
+  const ProfileModel& profiles = model_.profiles;
+  const int vertices = model_.shape.vertex_count();
+  const Eigen::Matrix3Xd x = points_at(state);
+  const Eigen::Matrix3Xd normals = normals_of(model_.shape.mean.neighbours, x);
+  double sum = 0;
+  int visible = 0;
+  for (int v = 0; v < vertices; v += stride) {
+    if (!image_->is_in_volume(x.col(v))) continue;
+    std::array<float, kSamples> difference;
+    for (int s = 0; s < kSamples; ++s)
+      difference[s] = image_->sample(x.col(v) + (s - ProfileModel::kHalf) * profiles.step_mm * normals.col(v)) -
+                      profiles.mean[std::size_t(v) * kSamples + s];
+    const float* w = &profiles.whitening[std::size_t(v) * ProfileModel::kWhitening];
+    double cost = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      double whitened = 0;
+      for (int k = 0; k <= i; ++k) whitened += double(*w++) * difference[k];
+      cost += whitened * whitened;
+    }
+    sum += std::min(cost / kSamples, kMostCost);
+    ++visible;
+  }
+  const double mean = visible > 0 ? sum / visible : kMostCost;
+  if (mean_cost) *mean_cost = mean;
+  const double pose = (prior.precision.array() * (state.pose() - prior.mean).array().square()).sum();
+  return 0.5 * (kIndependentVertices * kIndependentSamples * mean + 0.5 * pose + state.coefficients.squaredNorm());
+}
+
+ModelFit ModelFitter::fit(std::span<const Mark> marks) {
+  const auto inside = std::ranges::find(marks, MarkKind::Inside, &Mark::kind);
+  const Mark* const seed = inside == marks.end() ? nullptr : &*inside;
+  if (!of_seed_ || seed_.has_value() != (seed != nullptr) || (seed && *seed_ != *seed)) {
+    seed_.reset();
+    if (seed) seed_ = *seed;
+    prepare(seed);
+  }
+  const Prior prior = prior_of(seed);
+  State state = *of_seed_;
+  std::span<const Mark> others = marks;
+  if (marks.size() == 1 && seed) others = {};
+  for (int k = 0; k < (others.empty() ? 0 : kMarkIterations); ++k) iterate(state, prior, others, 1, 0.75);
+  ModelFit result;
+  if (seed) {
+    const PosePrior& pose = model_.shape.pose;
+    result.size_deviations = std::abs(std::log(seed->radius_mm) - pose.log_radius.mean - pose.log_scale.mean) /
+                             std::hypot(pose.log_radius.deviation, pose.log_scale.deviation);
+  }
+  energy_of(state, prior, 1, &result.cost);
+  result.pose = {std::exp(state.log_scale), rotation_of(state.rotation), state.shift};
+  result.points = points_at(state);
+  result.coefficients = std::move(state.coefficients);
+  return result;
+}
+
+}  // namespace simplexseg

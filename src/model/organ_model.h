@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/segment_code.h"
+#include "mesh/simplex_mesh.h"
+
+namespace simplexseg {
+
+/// Mean and standard deviation.
+struct Normal {
+  double mean = 0, deviation = 1;
+};
+/// Independent normal distributions of three coordinates.
+struct Normal3 {
+  Eigen::Vector3d mean{0, 0, 0}, deviation{1, 1, 1};
+};
+
+/// Distribution of the poses of an organ: of the similarity from the mean shape to the organ.
+struct PosePrior {
+  Normal log_scale;
+  Normal3 rotation;                    ///< rotation vector, radians
+  Normal3 from_seed;                   ///< shift minus the deepest place of the organ, where users seed it, mm
+  Normal3 from_centre;                 ///< shift minus the centre of the volume, mm
+  Normal log_radius;                   ///< logarithm of the depth of that place, mm, minus log_scale
+  Eigen::Vector3d extent_mm{0, 0, 0};  ///< mean extent of the volumes; `from_centre` holds for similar ones only
+};
+
+/// Low-rank Gaussian distribution of shapes after similarity alignment: mean + modes b, with b normally distributed
+/// with deviation 1. The modes contain the principal components of the training cases and a Gaussian process of smooth
+/// deformations, for shapes that few cases cannot show. Source: Luethi et al. 2018, Gaussian process morphable models.
+struct ShapeModel {
+  SimplexMesh mean;       ///< V vertices, centred at 0, mm
+  Eigen::MatrixXf modes;  ///< 3 V x K; rows 3 v + a: coordinate a of vertex v; columns in order of decreasing variance
+  PosePrior pose;
+
+  int vertex_count() const { return mean.vertex_count(); }
+  int mode_count() const { return static_cast<int>(modes.cols()); }
+};
+
+/// How the intensities of images are made comparable.
+enum class IntensityScale : std::uint8_t {
+  Percentiles,  ///< 0 at the 2nd percentile of the surroundings, 1 at the 98th
+  Hounsfield,   ///< CT: multiples of 500 HU
+};
+
+/// Intensity profiles along the normal of each vertex: mean and covariance of kSamples samples, from inside outwards.
+/// Source: Cootes et al. 1995, Active shape models - their training and application.
+struct ProfileModel {
+  static constexpr int kHalf = 9;  ///< samples on each side of the surface
+  static constexpr int kSamples = 2 * kHalf + 1;
+  static constexpr int kWhitening = kSamples * (kSamples + 1) / 2;
+
+  IntensityScale scale = IntensityScale::Percentiles;
+  double step_mm = 1;          ///< distance of samples
+  double surroundings_mm = 1;  ///< half edge of the box around the organ that determines the percentiles
+  std::vector<float> mean;     ///< V x kSamples
+  /// V x kWhitening: lower triangle, row by row, of the inverse of the Cholesky factor of the covariance.
+  std::vector<float> whitening;
+};
+
+/// Statistics of the organ of one label in training cases.
+struct OrganModel {
+  std::string name;
+  SegmentCode code{};
+  std::string modality;  ///< for example "CT"; "": not given
+  ShapeModel shape;
+  ProfileModel profiles;
+  double surface_error_mm = 0;  ///< root mean square normal distance of fitted from correct surfaces
+  /// Training cases: SHA-256 of image and labels.
+  struct Source {
+    std::string image, labels;
+  };
+  std::vector<Source> sources;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Training of models, and their use by segment and clicks.
+#include "cli_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class Models : public Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    std::string table = "image,labels,name\n";
+    for (const char* number : {"1", "2", "3", "4"}) {
+      const std::string image = std::string("image") + number + ".nii.gz",
+                        truth = std::string("truth") + number + ".nii.gz";
+      succeed({"phantom", "sphere", path(image), "--labels", path(truth), "--size", "32", "--noise", "40", "--contrast",
+               "60", "--seed", number});
+      if (number[0] != '4') table += image + "," + truth + ",case " + number + "\n";
+    }
+    write("table.csv", table);
+  }
+  Outcome train(const Arguments& more = {}) const {
+    Arguments arguments{"model",  "train", path("table.csv"), path("ball.model"), "--vertices", "200", "--modes", "10",
+                        "--name", "ball"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return call(arguments);
+  }
+};
+
+TEST_F(Models, AreTrainedTheSameWithAnyNumberOfThreadsAndImproveTheFirstResult) {
+  const Outcome trained = train({"--threads", "1"});
+  EXPECT_EQ(trained.status, 0) << trained.err;
+  EXPECT_NE(trained.out.find("cases      3"), std::string::npos) << trained.out;
+  EXPECT_NE(trained.out.find("case 2"), std::string::npos);
+  const Outcome shown = succeed({"model", "show", path("ball.model")});
+  EXPECT_NE(shown.out.find("cases      3"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("100.0"), std::string::npos) << "variance of all modes together";
+  const std::string bytes = text_of("ball.model");
+  EXPECT_EQ(train({"--threads", "2"}).status, 0);
+  EXPECT_EQ(text_of("ball.model"), bytes);
+  const auto dice = [&](const Arguments& more) {
+    Arguments arguments{"clicks", path("image4.nii.gz"), path("truth4.nii.gz"), "--max", "0", "--json", path("a.json")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    succeed(arguments);
+    return json_of("a.json")["cases"][0]["clicks"][0]["dice"].get<double>();
+  };
+  const double with_model = dice({"--model", path("ball.model")});
+  EXPECT_GT(with_model, 0.93);
+  EXPECT_GT(with_model, dice({}));
+}
+
+TEST_F(Models, AreUsedBySegmentAndStayInItsScene) {
+  ASSERT_EQ(train().status, 0);
+  succeed({"segment", path("image4.nii.gz"), path("out.nii.gz"), "--seed", "0,0,0", "--radius", "9", "--model",
+           path("ball.model"), "--save", path("out.json"), "--until-rest"});
+  EXPECT_NE(text_of("out.json").find("\"ball.model\""), std::string::npos);
+  const Outcome compared = succeed({"compare", path("truth4.nii.gz"), path("out.nii.gz"), "--csv"});
+  EXPECT_NE(compared.out.find("\ndice,0.9"), std::string::npos) << compared.out;
+  EXPECT_EQ(call({"run", path("out.json"), "--steps", "1", "--labels", path("again.nii.gz")}).status, 0);
+}
+
+TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
+  const auto fails = [&](const Arguments& arguments, const std::string& why) {
+    const Outcome outcome = call(arguments);
+    EXPECT_EQ(outcome.status, 2) << outcome.out;
+    EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_FALSE(exists("x.model"));
+  };
+  fails({"model", "train", path("none.csv"), path("x.model")}, "none.csv");
+  write("labels.csv", "image,labels,label\nimage1.nii.gz,truth1.nii.gz,7\n");
+  fails({"model", "train", path("labels.csv"), path("x.model")}, "7");
+  fails({"model", "train", path("table.csv"), path("no/such/x.model")}, "x.model");
+  write("broken.model", "not a model");
+  fails({"segment", path("image4.nii.gz"), path("o.nii.gz"), "--seed", "0,0,0", "--model", path("broken.model")},
+        "broken.model");
+  fails({"segment", path("image4.nii.gz"), path("o.nii.gz"), "--seed", "0,0,0", "--model", path("a"), "--model",
+         path("b")},
+        "2 models");
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Model files, tables of cases, and models in scenes and logs.
+#include "io/model/model_file.h"
+
+#include <fstream>
+
+#include "io/model/case_table.h"
+#include "io/scene/log_io.h"
+#include "io/scene/mesh_model.h"
+#include "io/scene/scene_io.h"
+#include "scene_files.h"
+#include "test_files.h"
+
+namespace simplexseg {
+namespace {
+
+using test::bytes_of;
+using test::error_of;
+
+/// Model with all members set; its numbers mean nothing.
+ModelFile any_model() {
+  OrganModel organ;
+  organ.name = "Left kidney";
+  organ.code = {
+      {"SCT", "123037004", "Anatomical Structure"}, {"SCT", "64033007", "Kidney"}, {"SCT", "7771000", "Left"}};
+  organ.modality = "CT";
+  organ.shape.mean = make_sphere({0, 0, 0}, 20, 1);
+  const int vertices = organ.shape.vertex_count();
+  organ.shape.modes = Eigen::MatrixXf::Random(3 * vertices, 3);
+  organ.shape.pose = {{0.1, 0.2},  {{1, 2, 3}, {4, 5, 6}}, {{7, 8, 9}, {1, 1, 1}}, {{0, 0, 0}, {2, 2, 2}}, {-1, 0.5},
+                      {10, 20, 30}};
+  organ.profiles.scale = IntensityScale::Hounsfield;
+  organ.profiles.step_mm = 0.7, organ.profiles.surroundings_mm = 30;
+  organ.profiles.mean.assign(static_cast<std::size_t>(vertices) * ProfileModel::kSamples, 0.25f);
+  organ.profiles.whitening.assign(static_cast<std::size_t>(vertices) * ProfileModel::kWhitening, 1.5f);
+  organ.surface_error_mm = 1.25;
+  organ.sources = {{"crc32-1", "crc32-2"}, {"crc32-3", "crc32-4"}};
+  return {{organ}, ""};
+}
+
+class ModelFiles : public test::FolderTest {};
+
+TEST_F(ModelFiles, AreReadAsTheyWereWritten) {
+  ModelFile model = any_model();
+  write_model(folder / "a.model", model);
+  const ModelFile again = read_model(folder / "a.model");
+  EXPECT_EQ(again.checksum, model.checksum);
+  EXPECT_EQ(model_bytes(again), bytes_of(folder / "a.model"));
+  const OrganModel &a = model.organs[0], &b = again.organs[0];
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.code, b.code);
+  EXPECT_EQ(a.shape.modes, b.shape.modes);
+  EXPECT_EQ(a.shape.mean.positions, b.shape.mean.positions);
+  EXPECT_EQ(a.shape.mean.neighbours, b.shape.mean.neighbours);
+  EXPECT_EQ(a.shape.pose.from_centre.deviation, b.shape.pose.from_centre.deviation);
+  EXPECT_EQ(a.profiles.whitening, b.profiles.whitening);
+  EXPECT_EQ(b.profiles.scale, IntensityScale::Hounsfield);
+  EXPECT_EQ(b.sources[1].labels, "crc32-4");
+}
+
+TEST_F(ModelFiles, ThatAreDamagedAreRefusedInOneLine) {
+  const std::string bytes = model_bytes(any_model());
+  const auto reason = [&](const std::string& damaged) {
+    std::ofstream(folder / "bad.model", std::ios::binary) << damaged;
+    return error_of([&] { read_model(folder / "bad.model"); });
+  };
+  for (std::size_t at = 0; at < bytes.size(); at += bytes.size() / 97) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    const std::string message = reason(damaged);
+    EXPECT_NE(message.find("bad.model"), std::string::npos) << at << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << at;
+    if (at > 0) {
+      EXPECT_NE(reason(bytes.substr(0, at)), "") << "cut after " << at << " bytes";
+    }
+  }
+  EXPECT_NE(reason("image,labels\n").find("bad.model"), std::string::npos);
+}
+
+TEST_F(ModelFiles, WithInconsistentArraysOrNumbersAreRefused) {
+  const auto reason = [&](const auto& change) {
+    ModelFile model = any_model();
+    change(model.organs[0]);
+    std::ofstream(folder / "bad.model", std::ios::binary) << model_bytes(model);
+    return error_of([&] { read_model(folder / "bad.model"); });
+  };
+  EXPECT_NE(reason([](OrganModel& m) { m.profiles.mean.pop_back(); }).find("wrong length"), std::string::npos);
+  EXPECT_NE(reason([](OrganModel& m) { m.profiles.whitening[5] = NAN; }).find("not finite"), std::string::npos);
+  EXPECT_NE(reason([](OrganModel& m) { m.shape.pose.rotation.deviation.x() = 0; }).find("deviation"),
+            std::string::npos);
+  EXPECT_NE(reason([](OrganModel& m) { m.shape.mean.neighbours[0][0] = 1 << 20; }), "");
+  EXPECT_NE(reason([](OrganModel& m) { m.surface_error_mm = -1; }), "");
+}
+
+TEST_F(ModelFiles, AreStoredInScenesAndLogsByPathAndChecksum) {
+  ModelFile model = any_model();
+  write_model(folder / "kidney.model", model);
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  MeshItem item;
+  item.name = "kidney", item.seed = {{0, 0, 0}, 5}, item.parameters = scene.forces;
+  item.model = load_mesh_model((folder / "kidney.model").string(), {});
+  scene.meshes.push_back(item);
+  write_scene(folder / "a.json", scene);
+  EXPECT_NE(bytes_of(folder / "a.json").find("\"kidney.model\""), std::string::npos) << "relative path";
+  const Scene again = read_scene(folder / "a.json").scene;
+  ASSERT_TRUE(again.meshes[0].model);
+  EXPECT_EQ(again.meshes[0].model_checksum(), model.checksum);
+  EXPECT_EQ(again.meshes[0].model->organ->name, "Left kidney");
+
+  AddMesh add{};
+  add.name = "second", add.seed = {{1, 2, 3}, 4};
+  add.model = item.model;
+  write_log(folder / "log.json", {{0, SetModel{3, item.model}}, {1, SetModel{3, nullptr}}, {2, add}}, 5, "");
+  const LogFile log = read_log(folder / "log.json");
+  EXPECT_EQ(std::get<SetModel>(log.log[0].command).model->checksum, model.checksum);
+  EXPECT_EQ(std::get<SetModel>(log.log[1].command).model, nullptr);
+  EXPECT_EQ(std::get<AddMesh>(log.log[2].command).model->organ->sources.size(), 2u);
+
+  model.organs[0].name = "another";
+  write_model(folder / "kidney.model", model);
+  EXPECT_NE(error_of([&] { read_scene(folder / "a.json"); }).find("checksum differs"), std::string::npos);
+  std::filesystem::remove(folder / "kidney.model");
+  EXPECT_NE(error_of([&] { read_scene(folder / "a.json"); }).find("kidney.model"), std::string::npos);
+}
+
+TEST_F(ModelFiles, AreTrainedFromTablesOfAnyUsualForm) {
+  for (const char* name : {"a.nii", "a, b.nii", "labels.nii"}) std::ofstream(folder / name) << "x";
+  const auto read = [&](const std::string& text) {
+    std::ofstream(folder / "table.csv", std::ios::binary) << text;
+    return read_case_table(folder / "table.csv");
+  };
+  const auto plain = read("image,labels\na.nii,labels.nii\n");
+  ASSERT_EQ(plain.size(), 1u);
+  EXPECT_EQ(plain[0].image, folder / "a.nii");
+  EXPECT_EQ(plain[0].name, "a.nii");
+  EXPECT_FALSE(plain[0].mirror);
+  const auto full = read(
+      "\xef\xbb\xbfname;reference;image;reference_label;mirror\r\none;labels.nii;\"a, b.nii\";Left kidney;1\r\n\r\n");
+  ASSERT_EQ(full.size(), 1u);
+  EXPECT_EQ(full[0].image, folder / "a, b.nii");
+  EXPECT_EQ(full[0].label, "Left kidney");
+  EXPECT_TRUE(full[0].mirror);
+  const auto reason = [&](const std::string& text) { return error_of([&] { read(text); }); };
+  EXPECT_NE(reason("image,mask\na.nii,labels.nii\n").find("'labels' is missing"), std::string::npos);
+  EXPECT_NE(reason("image,labels\na.nii\n").find("row 2 has no labels"), std::string::npos);
+  EXPECT_NE(reason("image,labels\nb.nii,labels.nii\n").find("b.nii"), std::string::npos);
+  EXPECT_NE(reason("image,labels,mirror\na.nii,labels.nii,yes\n").find("mirror is 'yes'"), std::string::npos);
+  EXPECT_NE(reason("image,labels\n").find("no case"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace simplexseg

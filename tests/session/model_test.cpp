@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Models in a session: fields, undo, replay and refusals.
+#include "image/rasterise.h"
+#include "model/model_training.h"
+#include "session_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+/// Model of the ball in the image.
+std::shared_ptr<const MeshModel> ball_model() {
+  static const std::shared_ptr<const MeshModel> model = [] {
+    const Volume& image = ball_image();
+    std::vector<ModelCase> cases{{"ball", image, mask_of(phantom("sphere", 100, 10).labels, 1.0), {}}};
+    const TrainingSettings settings{.vertices = 300, .modes = 10};
+    auto made = std::make_shared<MeshModel>();
+    made->path = "ball.model", made->checksum = "crc32-of-ball";
+    made->organ = std::make_shared<const OrganModel>(
+        train_model(register_cases(cases, settings, run_serially()), settings, run_serially()));
+    return made;
+  }();
+  return model;
+}
+
+TEST(MeshModels, ChangeTheFieldAndUndoRestoresIt) {
+  const auto session = open_with_field();
+  session->advance_steps(50);
+  const auto before = first_mesh(*session).field;
+  EXPECT_EQ(before->model, "");
+  const ItemId mesh = first_mesh(*session).id;
+  session->apply(SetModel{mesh, ball_model()});
+  session->advance_steps(1);
+  const auto with_model = first_mesh(*session).field;
+  EXPECT_NE(with_model, before);
+  EXPECT_EQ(with_model->model, "crc32-of-ball");
+  EXPECT_NE(with_model->values, before->values);
+  EXPECT_EQ(session->history().undo_names().front().substr(0, 9), "set model");
+  session->apply(Undo{});
+  EXPECT_EQ(first_mesh(*session).field, before);
+  EXPECT_EQ(first_mesh(*session).model, nullptr);
+  session->apply(Redo{});
+  session->advance_steps(1);
+  EXPECT_EQ(first_mesh(*session).field->values, with_model->values);
+  session->apply(SetModel{mesh, nullptr});
+  session->advance_steps(1);
+  EXPECT_EQ(first_mesh(*session).field->model, "");
+}
+
+TEST(MeshModels, OfAnAddedSegmentationReplayToTheSameBits) {
+  const auto live = open_with_field();
+  live->advance_steps(10);
+  AddMesh add{};
+  add.name = "second", add.seed = {{2, 0, 0}, 14};
+  add.model = ball_model();
+  live->apply(DeleteMesh{first_mesh(*live).id});
+  const ItemId mesh = live->apply(add);
+  live->advance_steps(30);
+  live->apply(AddPoint{mesh, {22, 0, 0}, MarkKind::Outside, 2});
+  live->advance_steps(20);
+  EXPECT_EQ(first_mesh(*live).field->model, "crc32-of-ball");
+  const auto replayed = open_with_field();
+  replayed->replay(live->log(), live->steps_since_last_command());
+  EXPECT_TRUE(same_state(state_of(*live), state_of(*replayed)));
+}
+
+TEST(MeshModels, AreRefusedWithoutContentsAndForLockedOnesAndOnesThatStartFromAMesh) {
+  const auto session = open_with_field();
+  const ItemId mesh = first_mesh(*session).id;
+  EXPECT_NE(refusal(*session, SetModel{mesh, std::make_shared<const MeshModel>()}).find("not read"), std::string::npos);
+  AddMesh add{};
+  add.name = "from mesh", add.seed = {{0, 0, 0}, 10};
+  add.start = MeshStart{"a.ply", std::nullopt, 0, std::make_shared<const SimplexMesh>(make_sphere({0, 0, 0}, 10, 2))};
+  const ItemId from_mesh = session->apply(add);
+  EXPECT_NE(refusal(*session, SetModel{from_mesh, ball_model()}).find("start it from a seed"), std::string::npos);
+  session->apply(EditMesh{mesh, {}, {}, {}, {}, true});
+  EXPECT_NE(refusal(*session, SetModel{mesh, ball_model()}).find("locked"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace simplexseg
