@@ -26,7 +26,6 @@ constexpr std::size_t kBestStarts = 3;  ///< orientations from which the iterati
 constexpr double kLeastTurn = 0.15;     ///< least deviation of rotations among the starts, radians
 constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
 constexpr double kLeastExtent = 0.8;    ///< ratio of extents of volumes with similar fields of view
-constexpr double kImageRadius = 2.5;    ///< half edge of the profile image, sizes of the mean shape
 
 /// Squared Mahalanobis distance of the profiles at all shifts of a line. `mean`, `whitening`: of the vertex.
 void profile_costs(const std::array<float, kLine>& line, const float* mean, const float* whitening,
@@ -108,7 +107,7 @@ void ModelFitter::prepare(const Mark* seed) {
   const double size = size_of(model_.shape);
   const Prior prior = prior_of(seed);
   const Eigen::Vector3d centre = seed ? seed->position_mm : Eigen::Vector3d(prior.mean.tail<3>());
-  image_.emplace(volume_, centre, kImageRadius * size, model_.profiles, run_);
+  image_.emplace(volume_, centre, kProfileImageRadius * size, model_.profiles, run_);
   struct Start {
     State state;
     double energy;

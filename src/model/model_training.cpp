@@ -35,7 +35,6 @@ constexpr double kProcessCases = 10;        ///< number of cases that halve its 
 constexpr double kProcessTolerance = 0.01;  ///< share of the variance that its low-rank factor may miss
 constexpr double kSamplesPerSize = 28;      ///< profile samples per size
 constexpr double kSurroundings = 1.6;       ///< ProfileModel::surroundings_mm, sizes
-constexpr double kImageRadius = 2.5;        ///< half edge of the profile image, sizes
 constexpr double kSharedCovariance = 0.15;  ///< share of the covariance of all vertices
 constexpr double kLeastVariance = 1e-3;     ///< of the mean variance, added to each sample
 constexpr int kCovarianceSmoothings = 2;    ///< averages of covariances over neighbours
@@ -199,7 +198,7 @@ ProfileModel train_profiles(const ShapeModel& shape, const std::vector<const Reg
   const auto count = static_cast<int>(cases.size());
   std::vector<Eigen::MatrixXd> profiles, shifted;
   for (const RegisteredCase* one : cases) {
-    const ProfileImage image(one->data->image, one->seed_mm, kImageRadius * size, model, run);
+    const ProfileImage image(one->data->image, one->seed_mm, kProfileImageRadius * size, model, run);
     profiles.push_back(profiles_at(image, shape.mean.neighbours, one->points, model.step_mm, 0));
     if (count < kFewCases)
       for (const double shift : {-1.0, 1.0})

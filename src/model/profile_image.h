@@ -10,6 +10,9 @@
 
 namespace simplexseg {
 
+/// Half edge of the box of intensities, sizes of the mean shape.
+inline constexpr double kProfileImageRadius = 2.5;
+
 /// Smoothed and scaled intensities around an organ, on cells of about the distance of profile samples.
 class ProfileImage {
  public:
