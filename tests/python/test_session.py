@@ -380,6 +380,17 @@ def test_a_range_without_effect_is_a_warning():
             session.run(5)
 
 
+def test_a_model_is_a_path_or_none(session, tmp_path):
+    mesh = session.meshes[0]
+    assert mesh.model is None
+    (tmp_path / "bad.model").write_bytes(b"no model")
+    for path, why in ((tmp_path / "bad.model", "damaged"), (tmp_path / "none.model", "none.model")):
+        with pytest.raises(Error, match=why):
+            mesh.model = path
+    assert mesh.model is None
+    mesh.model = None
+
+
 def test_voxels_are_edited_and_frozen(session):
     session.run_until_rest()
     mesh = session.meshes[0]

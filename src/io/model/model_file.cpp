@@ -62,7 +62,7 @@ Eigen::Vector3d vector_from(const json& value) {
 }
 Normal normal_from(const json& value) { return {number_from(value.at(0)), positive_from(value.at(1))}; }
 Normal3 normal3_from(const json& value) {
-  const Normal3 normal{vector_from(value.at(0)), vector_from(value.at(1))};
+  Normal3 normal{vector_from(value.at(0)), vector_from(value.at(1))};
   expect(normal.deviation.minCoeff() > 0, "a deviation is not positive");
   return normal;
 }

@@ -136,10 +136,7 @@ class SceneMesh:
     colour: tuple[int, int, int]
     code: dict[str, tuple[str, str, str]]
     intensity_range: tuple[float, float]
-    @property
-    def model(self) -> str | None: ...
-    @model.setter
-    def model(self, path: _Path | None) -> None: ...
+    model: str | None
     @property
     def id(self) -> int: ...
     @property
