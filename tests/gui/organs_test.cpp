@@ -344,8 +344,10 @@ TEST_F(OrgansTest, SixOrgansArePaintedToTheVoxelInEightMinutes) {
     EXPECT_GE(dice(organ.truth, mask_of(saved, item.label)), kTarget) << organ.name;
   }
   save(Qt::Key_M, Qt::ControlModifier | Qt::ShiftModifier);
-  ASSERT_TRUE(wait_until([&] { return window_->messages().text().contains("csv"); }))
-      << window_->messages().text().toStdString();
+  ASSERT_TRUE(wait_until([&] {
+    const QString text = window_->messages().text();
+    return text.startsWith("Saved") && text.contains("csv");
+  })) << window_->messages().text().toStdString();
   QFile table(folder_.filePath("ct-measurements.csv"));
   ASSERT_TRUE(table.open(QIODevice::ReadOnly)) << QDir(folder_.path()).entryList().join(' ').toStdString();
   const QString report = QString::fromUtf8(table.readAll());
