@@ -99,6 +99,9 @@ void check_robot_options(const ClicksOptions& options) {
   if (corrects_field(options.robot) && !options.settings_of_mesh.empty())
     throw Error("--set", "the robot '" + options.robot + "' corrects the field and has no mesh",
                 "omit --set, or choose --robot mesh");
+  if (!corrects_field(options.robot) && !options.model.empty())
+    throw Error("--model", "the robot '" + options.robot + "' corrects a mesh and does not use the model",
+                "omit --model, or choose --robot mark");
   if (options.robot == "none" && !(options.without.empty() && options.network.empty()))
     throw Error(options.without.empty() ? "--network" : "--without",
                 "the robot 'none' corrects a mesh that has no field", "omit this option, or choose --robot mesh");

@@ -71,6 +71,8 @@ TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
   write("labels.csv", "image,labels,label\nimage1.nii.gz,truth1.nii.gz,7\n");
   fails({"model", "train", path("labels.csv"), path("x.model")}, "7");
   fails({"model", "train", path("table.csv"), path("no/such/x.model")}, "x.model");
+  fails({"clicks", path("image4.nii.gz"), path("truth4.nii.gz"), "--robot", "mesh", "--model", path("x")},
+        "--robot mark");
   write("broken.model", "not a model");
   fails({"segment", path("image4.nii.gz"), path("o.nii.gz"), "--seed", "0,0,0", "--model", path("broken.model")},
         "broken.model");
