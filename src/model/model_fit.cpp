@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "model/similarity.h"
 #include "model/template_registration.h"
 
 namespace simplexseg {
@@ -27,21 +28,24 @@ constexpr double kLeastTurn = 0.15;     ///< least deviation of rotations among 
 constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
 constexpr double kLeastExtent = 0.8;    ///< ratio of extents of volumes with similar fields of view
 
-/// Squared Mahalanobis distance of the profiles at all shifts of a line. `mean`, `whitening`: of the vertex.
-void profile_costs(const std::array<float, kLine>& line, const float* mean, const float* whitening,
-                   std::array<float, kPlaces>& costs) {
-  std::array<std::array<float, kPlaces>, kSamples> difference;
+/// Squared Mahalanobis distances of the kCount profiles that begin at successive samples of a line. `mean`,
+/// `whitening`: of the vertex.
+template <int kCount>
+std::array<float, kCount> profile_costs(const std::array<float, kSamples + kCount - 1>& line, const float* mean,
+                                        const float* whitening) {
+  std::array<std::array<float, kCount>, kSamples> difference;
   for (int j = 0; j < kSamples; ++j)
-    for (int s = 0; s < kPlaces; ++s) difference[j][s] = line[s + j] - mean[j];
-  costs.fill(0);
+    for (int s = 0; s < kCount; ++s) difference[j][s] = line[s + j] - mean[j];
+  std::array<float, kCount> costs{};
   for (int i = 0; i < kSamples; ++i) {
-    std::array<float, kPlaces> sum{};
+    std::array<float, kCount> sum{};
     for (int j = 0; j <= i; ++j) {
       const float w = *whitening++;
-      for (int s = 0; s < kPlaces; ++s) sum[s] += w * difference[j][s];
+      for (int s = 0; s < kCount; ++s) sum[s] += w * difference[j][s];
     }
-    for (int s = 0; s < kPlaces; ++s) costs[s] += sum[s] * sum[s];
+    for (int s = 0; s < kCount; ++s) costs[s] += sum[s] * sum[s];
   }
+  return costs;
 }
 
 }  // namespace
@@ -62,12 +66,6 @@ struct ModelFitter::State {
     return all;
   }
 };
-
-double size_of(const ShapeModel& shape) {
-  double sum = 0;
-  for (const Eigen::Vector3f& p : shape.mean.positions) sum += p.squaredNorm();
-  return std::sqrt(sum / shape.vertex_count());
-}
 
 ModelFitter::ModelFitter(const OrganModel& model, const Volume& volume, RunJobs run)
     : model_(model), volume_(volume), run_(std::move(run)) {}
@@ -90,9 +88,7 @@ ModelFitter::Prior ModelFitter::prior_of(const Mark* seed) const {
       observe(4 + a, seed->position_mm[a] + pose.from_seed.mean[a], pose.from_seed.deviation[a]);
   }
   bool similar = true;
-  const Eigen::Vector3d extent =
-      (geometry.direction.cwiseAbs() *
-       geometry.spacing_mm.cwiseProduct(Eigen::Vector3d(geometry.size[0], geometry.size[1], geometry.size[2])));
+  const Eigen::Vector3d extent = extent_mm(geometry);
   for (int a = 0; a < 3; ++a) {
     const double ratio = extent[a] / pose.extent_mm[a];
     similar = similar && ratio > kLeastExtent && ratio < 1 / kLeastExtent;
@@ -164,14 +160,14 @@ void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark
   constexpr int kVerticesPerJob = 32;
   run_((searched + kVerticesPerJob - 1) / kVerticesPerJob, [&](int job) {
     std::array<float, kLine> line;
-    std::array<float, kPlaces> costs;
     const int last = std::min(searched, (job + 1) * kVerticesPerJob);
     for (int at = job * kVerticesPerJob; at < last; ++at) {
       const int v = at * stride;
       if (!image_->is_in_volume(x.col(v))) continue;
       for (int s = 0; s < kLine; ++s) line[s] = image_->sample(x.col(v) + (s - kLine / 2) * h * normals.col(v));
-      profile_costs(line, &profiles.mean[std::size_t(v) * kSamples],
-                    &profiles.whitening[std::size_t(v) * ProfileModel::kWhitening], costs);
+      const std::array<float, kPlaces> costs =
+          profile_costs<kPlaces>(line, &profiles.mean[std::size_t(v) * kSamples],
+                                 &profiles.whitening[std::size_t(v) * ProfileModel::kWhitening]);
       std::array<double, kPlaces> log_probability;
       double largest = -std::numeric_limits<double>::infinity();
       for (int s = 0; s < kPlaces; ++s) {
@@ -251,17 +247,11 @@ double ModelFitter::energy_of(const State& state, const Prior& prior, int stride
   int visible = 0;
   for (int v = 0; v < vertices; v += stride) {
     if (!image_->is_in_volume(x.col(v))) continue;
-    std::array<float, kSamples> difference;
+    std::array<float, kSamples> profile;
     for (int s = 0; s < kSamples; ++s)
-      difference[s] = image_->sample(x.col(v) + (s - ProfileModel::kHalf) * profiles.step_mm * normals.col(v)) -
-                      profiles.mean[std::size_t(v) * kSamples + s];
-    const float* w = &profiles.whitening[std::size_t(v) * ProfileModel::kWhitening];
-    double cost = 0;
-    for (int i = 0; i < kSamples; ++i) {
-      double whitened = 0;
-      for (int k = 0; k <= i; ++k) whitened += double(*w++) * difference[k];
-      cost += whitened * whitened;
-    }
+      profile[s] = image_->sample(x.col(v) + (s - ProfileModel::kHalf) * profiles.step_mm * normals.col(v));
+    const double cost = profile_costs<1>(profile, &profiles.mean[std::size_t(v) * kSamples],
+                                         &profiles.whitening[std::size_t(v) * ProfileModel::kWhitening])[0];
     sum += std::min(cost / kSamples, kMostCost);
     ++visible;
   }
@@ -291,9 +281,7 @@ ModelFit ModelFitter::fit(std::span<const Mark> marks) {
                              std::hypot(pose.log_radius.deviation, pose.log_scale.deviation);
   }
   energy_of(state, prior, 1, &result.cost);
-  result.pose = {std::exp(state.log_scale), rotation_of(state.rotation), state.shift};
   result.points = points_at(state);
-  result.coefficients = std::move(state.coefficients);
   return result;
 }
 

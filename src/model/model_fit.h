@@ -11,20 +11,14 @@
 #include "image/volume.h"
 #include "model/organ_model.h"
 #include "model/profile_image.h"
-#include "model/similarity.h"
 
 namespace simplexseg {
 
-/// Root mean square distance of the vertices of the mean shape from its centre, mm.
-double size_of(const ShapeModel& shape);
-
 /// Instance of a model in an image.
 struct ModelFit {
-  Similarity pose;               ///< from the model to the image
-  Eigen::VectorXd coefficients;  ///< of the modes, deviation 1
-  Eigen::Matrix3Xd points;       ///< vertices, mm
-  double cost = 0;               ///< mean squared Mahalanobis distance of the profiles per sample, at most 9 each
-  double size_deviations = 0;    ///< difference of the radius of the seed from that of the model, deviations
+  Eigen::Matrix3Xd points;     ///< vertices, mm
+  double cost = 0;             ///< mean squared Mahalanobis distance of the profiles per sample, at most 9 each
+  double size_deviations = 0;  ///< difference of the radius of the seed from that of the model, deviations
 };
 
 /// Fits a model to an image: the most probable pose and modes, given profiles, marks and the distributions of the
@@ -46,7 +40,6 @@ class ModelFitter {
 
  private:
   struct Prior;
-  struct Search;
   struct State;
   Prior prior_of(const Mark* seed) const;
   void prepare(const Mark* seed);

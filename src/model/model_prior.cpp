@@ -8,6 +8,7 @@
 #include "field/evidence_box.h"
 #include "image/distance_map.h"
 #include "image/rasterise.h"
+#include "model/template_registration.h"
 
 namespace simplexseg {
 namespace {
@@ -73,11 +74,9 @@ ShapePrior shape_prior_of(const OrganModel& model, const ModelFit& fit, const Vo
   prior.grid = cells;
   prior.grid.size = box.size;
   prior.grid.origin_mm = cells.world_from_index() * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
-  SimplexMesh mesh = model.shape.mean;
-  for (int v = 0; v < mesh.vertex_count(); ++v) mesh.positions[v] = fit.points.col(v).cast<float>();
   prior.share = trust_in(model, fit);
   const double most = std::log((1 - kLeastProbability) / kLeastProbability);
-  prior.log_odds = signed_distances(mesh, prior.grid, run);
+  prior.log_odds = signed_distances(mesh_at(model.shape.mean, fit.points), prior.grid, run);
   for (float& value : prior.log_odds)
     value = static_cast<float>(kSharpness * prior.share * std::clamp(kLogisticSlope * value / error, -most, most));
   prior.outside = static_cast<float>(-kSharpness * prior.share * most);

@@ -67,17 +67,15 @@ Normal3 normal_of(const std::vector<Eigen::Vector3d>& values, double prior_devia
   return result;
 }
 
-double size_of_points(const Points& centred) { return std::sqrt(centred.colwise().squaredNorm().mean()); }
-
 /// Mean shape of the cases after similarity alignment, centred, in the mean size and orientation of the cases.
 Points mean_shape(const std::vector<const RegisteredCase*>& cases) {
   Points mean = cases[0]->points.colwise() - cases[0]->points.rowwise().mean();
-  const double size = size_of_points(mean);
+  const double size = size_of(mean);
   for (int k = 0; k < kAlignments; ++k) {
     Points sum = Points::Zero(3, mean.cols());
     for (const RegisteredCase* one : cases) sum += fit_similarity(one->points, mean)(one->points);
     mean = sum.colwise() - sum.rowwise().mean();
-    mean *= size / size_of_points(mean);
+    mean *= size / size_of(mean);
   }
   double log_scale = 0;
   Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
@@ -121,7 +119,7 @@ Eigen::MatrixXd kernel_factor(const Points& points, double deviation, double len
 ShapeModel train_shape(const SimplexMesh& mesh, const std::vector<const RegisteredCase*>& cases, int most_modes) {
   const Points mean = mean_shape(cases);
   const auto vertices = static_cast<int>(mean.cols()), count = static_cast<int>(cases.size());
-  const double size = size_of_points(mean);
+  const double size = size_of(mean);
   const double deviation = kProcessDeviation * size * std::sqrt(kProcessCases / (count + kProcessCases));
   const Eigen::MatrixXd process = kernel_factor(mean, deviation, kProcessLength * size);
   const Eigen::Index rank = process.cols(), from_cases = count > 1 ? count : 0;
@@ -162,9 +160,7 @@ ShapeModel train_shape(const SimplexMesh& mesh, const std::vector<const Register
     from_seed.push_back(pose.shift_mm - one->seed_mm);
     from_centre.push_back(pose.shift_mm - grid.centre_mm());
     radii.push_back(std::log(one->radius_mm) - scales.back());
-    shape.pose.extent_mm += grid.direction.cwiseAbs() *
-                            grid.spacing_mm.cwiseProduct(Eigen::Vector3d(grid.size[0], grid.size[1], grid.size[2])) /
-                            count;
+    shape.pose.extent_mm += extent_mm(grid) / count;
   }
   shape.pose.log_scale = normal_of(scales, kScaleDeviation);
   shape.pose.rotation = normal_of(rotations, kRotationDeviation);
@@ -356,9 +352,7 @@ RegisteredCases register_cases(const std::vector<ModelCase>& cases, const Traini
     const auto [i, j, k] = deepest->voxel;
     one.seed_mm = object.geometry.world_from_index() * Eigen::Vector3d(i, j, k);
     one.radius_mm = deepest->depth_mm;
-    SimplexMesh mesh = result.mesh;
-    for (int v = 0; v < mesh.vertex_count(); ++v) mesh.positions[v] = one.points.col(v).cast<float>();
-    one.folded = folded_vertices(mesh);
+    one.folded = folded_vertices(mesh_at(result.mesh, one.points));
     const Points there = points_of(surface);
     one.distance_mm = 0.5 * (mean_distance(one.points, there) + mean_distance(there, one.points));
   });

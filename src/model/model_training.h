@@ -29,8 +29,8 @@ struct RegisteredCase {
   Eigen::Matrix3Xd points;  ///< of the template's vertices, mm
   Eigen::Vector3d seed_mm;  ///< deepest place of the object
   double radius_mm;         ///< its depth
-  double distance_mm;       ///< mean distance of the registered template and the surface of the object, symmetric
-  int folded;               ///< folded_vertices()
+  double distance_mm;  ///< mean distance to the nearest vertex, between template and surface of the object, symmetric
+  int folded;          ///< folded_vertices()
 };
 
 /// Correspondence of all cases with a template, the case of median volume.
@@ -44,7 +44,7 @@ RegisteredCases register_cases(const std::vector<ModelCase>& cases, const Traini
                                const RunJobs& run);
 
 /// Statistics of registered cases, including the error of cases that were left out in turn:
-/// OrganModel::surface_error_mm. Names and codes are left empty.
+/// OrganModel::surface_error_mm. The name is left empty.
 OrganModel train_model(const RegisteredCases& registered, const TrainingSettings& settings, const RunJobs& run);
 
 }  // namespace simplexseg

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/segment_code.h"
+#include "image/volume.h"
 #include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
@@ -66,7 +66,6 @@ struct ProfileModel {
 /// Statistics of the organ of one label in training cases.
 struct OrganModel {
   std::string name;
-  SegmentCode code{};
   std::string modality;  ///< for example "CT"; "": not given
   ShapeModel shape;
   ProfileModel profiles;
@@ -77,5 +76,12 @@ struct OrganModel {
   };
   std::vector<Source> sources;
 };
+
+/// Extents of a volume along the axes of the patient, mm, as in PosePrior::extent_mm.
+Eigen::Vector3d extent_mm(const VolumeGeometry& volume);
+
+/// Root mean square distance of centred points, one per column, from the centre, mm: the size of a shape.
+double size_of(const Eigen::Matrix3Xd& centred);
+double size_of(const ShapeModel& shape);
 
 }  // namespace simplexseg

@@ -146,6 +146,12 @@ Eigen::Matrix3Xd points_of(const SimplexMesh& mesh) {
   return points;
 }
 
+SimplexMesh mesh_at(const SimplexMesh& mesh, const Eigen::Matrix3Xd& points) {
+  SimplexMesh moved = mesh;
+  for (int v = 0; v < mesh.vertex_count(); ++v) moved.positions[v] = points.col(v).cast<float>();
+  return moved;
+}
+
 Eigen::Matrix3Xd normals_of(const std::vector<std::array<int, 3>>& neighbours, const Eigen::Matrix3Xd& points) {
   Eigen::Matrix3Xd normals(3, points.cols());
   for (Eigen::Index v = 0; v < points.cols(); ++v) {

@@ -9,6 +9,8 @@ namespace simplexseg {
 
 /// Positions of the vertices of a mesh as columns, mm.
 Eigen::Matrix3Xd points_of(const SimplexMesh& mesh);
+/// Mesh with the connectivity of `mesh` and its vertices at these points.
+SimplexMesh mesh_at(const SimplexMesh& mesh, const Eigen::Matrix3Xd& points);
 /// Unit normals of the vertices of a mesh at other positions, as columns (vertex_geometry()).
 Eigen::Matrix3Xd normals_of(const std::vector<std::array<int, 3>>& neighbours, const Eigen::Matrix3Xd& points);
 

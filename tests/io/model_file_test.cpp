@@ -21,8 +21,6 @@ using test::error_of;
 ModelFile any_model() {
   OrganModel organ;
   organ.name = "Left kidney";
-  organ.code = {
-      {"SCT", "123037004", "Anatomical Structure"}, {"SCT", "64033007", "Kidney"}, {"SCT", "7771000", "Left"}};
   organ.modality = "CT";
   organ.shape.mean = make_sphere({0, 0, 0}, 20, 1);
   const int vertices = organ.shape.vertex_count();
@@ -48,7 +46,6 @@ TEST_F(ModelFiles, AreReadAsTheyWereWritten) {
   EXPECT_EQ(model_bytes(again), bytes_of(folder / "a.model"));
   const OrganModel &a = model.organs[0], &b = again.organs[0];
   EXPECT_EQ(a.name, b.name);
-  EXPECT_EQ(a.code, b.code);
   EXPECT_EQ(a.shape.modes, b.shape.modes);
   EXPECT_EQ(a.shape.mean.positions, b.shape.mean.positions);
   EXPECT_EQ(a.shape.mean.neighbours, b.shape.mean.neighbours);

@@ -25,9 +25,7 @@ Mark seed_in(const Mask& object) {
 }
 
 Mask mask_at(const OrganModel& model, const Eigen::Matrix3Xd& points, const VolumeGeometry& grid) {
-  SimplexMesh mesh = model.shape.mean;
-  for (int v = 0; v < mesh.vertex_count(); ++v) mesh.positions[v] = points.col(v).cast<float>();
-  return rasterise(mesh, grid);
+  return rasterise(mesh_at(model.shape.mean, points), grid);
 }
 
 TEST(Similarity, IsRecoveredAndNeverAReflection) {
@@ -53,9 +51,8 @@ TEST(TemplateRegistration, PutsVerticesOnTheSurfaceWithoutFoldsAndPolesOnPoles) 
   for (const RegisteredCase& one : registered.cases) {
     EXPECT_LT(one.distance_mm, 1.5) << one.data->name << ": distance between vertices of two meshes";
     EXPECT_EQ(one.folded, 0) << one.data->name;
-    SimplexMesh mesh = registered.mesh;
-    for (int v = 0; v < mesh.vertex_count(); ++v) mesh.positions[v] = one.points.col(v).cast<float>();
-    EXPECT_GT(dice(rasterise(mesh, one.data->object.geometry), one.data->object), 0.95) << one.data->name;
+    EXPECT_GT(dice(rasterise(mesh_at(registered.mesh, one.points), one.data->object.geometry), one.data->object), 0.95)
+        << one.data->name;
     EXPECT_GT(one.points(1, pole), one.points.row(1).maxCoeff() - 4) << one.data->name;
   }
 }

@@ -67,11 +67,6 @@ Normal3 normal3_from(const json& value) {
   return normal;
 }
 
-json json_of(const CodedConcept& code) { return {code.scheme, code.value, code.meaning}; }
-CodedConcept code_from(const json& value) {
-  return {value.at(0).get<std::string>(), value.at(1).get<std::string>(), value.at(2).get<std::string>()};
-}
-
 json json_of(const OrganModel& organ) {
   const ShapeModel& shape = organ.shape;
   const ProfileModel& profiles = organ.profiles;
@@ -79,7 +74,6 @@ json json_of(const OrganModel& organ) {
   for (const OrganModel::Source& source : organ.sources) sources.push_back({source.image, source.labels});
   return {
       {"name", organ.name},
-      {"code", {json_of(organ.code.category), json_of(organ.code.type), json_of(organ.code.modifier)}},
       {"modality", organ.modality},
       {"vertices", shape.vertex_count()},
       {"modes", shape.mode_count()},
@@ -107,8 +101,6 @@ json json_of(const OrganModel& organ) {
 OrganModel organ_from(const json& value) {
   OrganModel organ;
   organ.name = value.at("name").get<std::string>();
-  const json& code = value.at("code");
-  organ.code = {code_from(code.at(0)), code_from(code.at(1)), code_from(code.at(2))};
   organ.modality = value.at("modality").get<std::string>();
   const int vertices = value.at("vertices").get<int>(), modes = value.at("modes").get<int>();
   expect(vertices >= 4 && vertices <= 1'000'000 && modes >= 0 && modes <= 10'000, "a size is out of range");

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/organ_model.h"
+
+#include <cmath>
+
+#include "model/template_registration.h"
+
+namespace simplexseg {
+
+Eigen::Vector3d extent_mm(const VolumeGeometry& volume) {
+  const Eigen::Vector3d size(volume.size[0], volume.size[1], volume.size[2]);
+  return volume.direction.cwiseAbs() * volume.spacing_mm.cwiseProduct(size);
+}
+
+double size_of(const Eigen::Matrix3Xd& centred) { return std::sqrt(centred.colwise().squaredNorm().mean()); }
+double size_of(const ShapeModel& shape) { return size_of(points_of(shape.mean)); }
+
+}  // namespace simplexseg
