@@ -192,6 +192,7 @@ ProfileModel train_profiles(const ShapeModel& shape, const std::vector<const Reg
   model.step_mm = size / kSamplesPerSize;
   model.surroundings_mm = kSurroundings * size;
   const auto count = static_cast<int>(cases.size());
+  for (const RegisteredCase* one : cases) model.cell_mm += one->data->image.geometry().spacing_mm.minCoeff() / count;
   std::vector<Eigen::MatrixXd> profiles, shifted;
   for (const RegisteredCase* one : cases) {
     const ProfileImage image(one->data->image, one->seed_mm, kProfileImageRadius * size, model, run);

@@ -56,7 +56,8 @@ struct ProfileModel {
   static constexpr int kWhitening = kSamples * (kSamples + 1) / 2;
 
   IntensityScale scale = IntensityScale::Percentiles;
-  double step_mm = 1;          ///< distance of samples
+  double step_mm = 1;  ///< distance of samples
+  double cell_mm = 0;  ///< mean of the smallest voxel spacings of the training images; finer images are averaged
   double surroundings_mm = 1;  ///< half edge of the box around the organ that determines the percentiles
   std::vector<float> mean;     ///< V x kSamples
   /// V x kWhitening: lower triangle, row by row, of the inverse of the Cholesky factor of the covariance.

@@ -36,7 +36,7 @@ ProfileImage::ProfileImage(const Volume& volume, const Eigen::Vector3d& centre_m
     : volume_(volume.geometry()) {
   CellSize cell = kVoxelCells;
   for (int a = 0; a < 3; ++a) {
-    const double voxels = model.step_mm / volume_.spacing_mm[a];
+    const double voxels = std::max(model.step_mm, model.cell_mm) / volume_.spacing_mm[a];
     if (voxels >= kLeastCell) cell[a] = voxels;
   }
   const VolumeGeometry cells = cell_geometry(volume_, cell);

@@ -28,7 +28,7 @@ ModelFile any_model() {
   organ.shape.pose = {{0.1, 0.2},  {{1, 2, 3}, {4, 5, 6}}, {{7, 8, 9}, {1, 1, 1}}, {{0, 0, 0}, {2, 2, 2}}, {-1, 0.5},
                       {10, 20, 30}};
   organ.profiles.scale = IntensityScale::Hounsfield;
-  organ.profiles.step_mm = 0.7, organ.profiles.surroundings_mm = 30;
+  organ.profiles.step_mm = 0.7, organ.profiles.cell_mm = 1.5, organ.profiles.surroundings_mm = 30;
   organ.profiles.mean.assign(static_cast<std::size_t>(vertices) * ProfileModel::kSamples, 0.25f);
   organ.profiles.whitening.assign(static_cast<std::size_t>(vertices) * ProfileModel::kWhitening, 1.5f);
   organ.surface_error_mm = 1.25;

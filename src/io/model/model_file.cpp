@@ -90,6 +90,7 @@ json json_of(const OrganModel& organ) {
       {"profiles",
        {{"scale", static_cast<int>(profiles.scale)},
         {"step_mm", profiles.step_mm},
+        {"cell_mm", profiles.cell_mm},
         {"surroundings_mm", profiles.surroundings_mm},
         {"mean", array_json(profiles.mean.data(), profiles.mean.size())},
         {"whitening", array_json(profiles.whitening.data(), profiles.whitening.size())}}},
@@ -122,6 +123,7 @@ OrganModel organ_from(const json& value) {
   expect(scale == 0 || scale == 1, "the intensity scale is unknown");
   organ.profiles.scale = static_cast<IntensityScale>(scale);
   organ.profiles.step_mm = positive_from(profiles.at("step_mm"));
+  organ.profiles.cell_mm = positive_from(profiles.at("cell_mm"));
   organ.profiles.surroundings_mm = positive_from(profiles.at("surroundings_mm"));
   organ.profiles.mean = floats_from(profiles.at("mean"), count * ProfileModel::kSamples);
   organ.profiles.whitening = floats_from(profiles.at("whitening"), count * ProfileModel::kWhitening);
