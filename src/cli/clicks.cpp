@@ -50,12 +50,14 @@ struct ClicksOptions {
   int threads = 0;
 };
 
-/// Part of the field that an ablation (--without) removes.
+/// Part of the field, or of its model, that an ablation (--without) removes.
 struct Part {
   const char* name;
   void (*remove)(EvidenceSettings&);
   const char* old_name = nullptr;  ///< name in earlier versions, still accepted
+  void (*remove_from_model)(OrganModel&) = nullptr;
 };
+void keep(EvidenceSettings&) {}
 constexpr std::array kParts{
     Part{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
     Part{"prior", [](EvidenceSettings& s) { s.prior_weight = 0; }},
@@ -70,10 +72,13 @@ constexpr std::array kParts{
     Part{"surface", [](EvidenceSettings& s) { s.band_half_width = 0; }},
     Part{"surface-offset", [](EvidenceSettings& s) { s.band_offset = 0; }, "lean"},
     Part{"surface-memory", [](EvidenceSettings& s) { s.temporal_weight = s.shift_weight = 0; }},
+    Part{"modes", keep, nullptr, [](OrganModel& m) { m.shape.modes.resize(m.shape.modes.rows(), 0); }},
+    Part{"profiles", keep, nullptr, [](OrganModel& m) { std::ranges::fill(m.profiles.whitening, 0.0f); }},
 };
 
-EvidenceSettings settings_without(const std::vector<std::string>& names) {
-  EvidenceSettings settings;
+/// The parts with these names. Throws Error for unknown names, and for parts of a model if there is none.
+std::vector<const Part*> parts_named(const std::vector<std::string>& names, bool has_model) {
+  std::vector<const Part*> parts;
   for (const std::string& name : names) {
     const auto part = std::find_if(kParts.begin(), kParts.end(),
                                    [&](const Part& p) { return name == p.name || (p.old_name && name == p.old_name); });
@@ -84,9 +89,11 @@ EvidenceSettings settings_without(const std::vector<std::string>& names) {
       throw Error("--without", std::string("the part ").append(unknown_name(name, known)),
                   "name one of the parts that --help lists");
     }
-    part->remove(settings);
+    if (part->remove_from_model && !has_model)
+      throw Error("--without", "'" + name + "' is a part of a model, and there is none", "add --model FILE");
+    parts.push_back(&*part);
   }
-  return settings;
+  return parts;
 }
 
 /// Whether a robot corrects the field, without a mesh.
@@ -265,14 +272,20 @@ void clicks(const ClicksOptions& options, const Console& console) {
   check_robot_options(options);
   check_settings(options);
   check_outputs(options);
-  EvidenceSettings settings = settings_without(options.without);
+  const std::vector<const Part*> without = parts_named(options.without, !options.model.empty());
+  EvidenceSettings settings;
+  for (const Part* part : without) part->remove(settings);
   PriorNetworks networks;
   if (!options.network.empty()) {
     networks = PriorNetworks::parse(read_bytes(options.network));
     settings.networks = &networks;
   }
-  std::shared_ptr<const MeshModel> model;
-  if (!options.model.empty()) model = load_mesh_model(options.model, {});
+  std::shared_ptr<OrganModel> model;
+  if (!options.model.empty()) {
+    model = std::make_shared<OrganModel>(*load_mesh_model(options.model, {})->organ);
+    for (const Part* part : without)
+      if (part->remove_from_model) part->remove_from_model(*model);
+  }
   const Volume image = read_volume(options.image);
   const int threads =
       options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -306,7 +319,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
       if (corrects_field(options.robot)) {
         auto field =
             std::make_unique<FieldWithoutMesh>(image, run, settings, engine_for(options.backend, threads).fields);
-        if (model) field->use_model(model->organ, image, run);
+        if (model) field->use_model(model, image, run);
         subject = std::move(field);
       } else
         subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings,
@@ -388,8 +401,8 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option(
          "--without", options->without,
          "Disable a part of the field: sharpness, prior, classifier, geodesic, random-walk, memory, far-memory, "
-         "open-sides, far-change, cut-sides, surface, surface-offset or surface-memory; may be repeated; not with "
-         "--robot none")
+         "open-sides, far-change, cut-sides, surface, surface-offset or surface-memory, or of the model: modes or "
+         "profiles; may be repeated; not with --robot none")
       .one_value_each();
   sub.add_option("--set", options->settings_of_mesh,
                  "Set a parameter of the mesh: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not with "

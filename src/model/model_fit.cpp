@@ -185,11 +185,13 @@ void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark
       weight[v] = std::min(1.0, kIndependentVertices / searched) / (square / sum - mean * mean + h * h);
     }
   });
-  // Marks observe single vertices with the precision of a quarter of a cell, or half of a sample.
-  const double mark_weight = 1 / std::pow(0.5 * std::max(h, 0.5 * image_->cell_mm()), 2);
-  const auto observe = [&](int v, double mm) {
-    shift[v] = (shift[v] * weight[v] + mm * mark_weight) / (weight[v] + mark_weight);
-    weight[v] += mark_weight;
+  // Marks observe single vertices. The surface passes boundary marks with a deviation of a quarter of a cell, or half
+  // of a sample; how far it is from a ball on its side is known half as well.
+  const double deviation_of_mark = 0.5 * std::max(h, 0.5 * image_->cell_mm());
+  const auto observe = [&](int v, double mm, double deviation_mm) {
+    const double precision = 1 / (deviation_mm * deviation_mm);
+    shift[v] = (shift[v] * weight[v] + mm * precision) / (weight[v] + precision);
+    weight[v] += precision;
   };
   for (const Mark& mark : marks) {
     Eigen::Index nearest = 0;
@@ -198,12 +200,12 @@ void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark
     const auto v = static_cast<int>(nearest);
     const double out = normals.col(v).dot(mark.position_mm - x.col(v));  // of the mark, beyond the surface
     if (mark.kind == MarkKind::Boundary) {
-      observe(v, out);
+      observe(v, out, deviation_of_mark);
       continue;
     }
     const double side = mark.kind == MarkKind::Inside ? 1 : -1;
     const double missing = side * out + mark.radius_mm;
-    if (missing > 0) observe(v, side * missing);
+    if (missing > 0) observe(v, side * missing, 2 * deviation_of_mark);
   }
   // Normal equations of the changes of pose and coefficients.
   const int unknowns = 7 + modes;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kCellsPerError = 2;        ///< cells of the grid per deviation of the surface
 constexpr double kLeastProbability = 0.01;  ///< bound of probabilities
-constexpr double kSharpness = 2;            ///< factor of the log odds
+constexpr double kSharpness = 3;            ///< factor of the log odds
 /// Mean squared Mahalanobis distance per sample of the profiles at which half of the trust remains. It is about 1 where
 /// the model fits, and above 2.5 on other organs (docs/results/models.md).
 constexpr double kSilentCost = 1.8;

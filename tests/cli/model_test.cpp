@@ -47,6 +47,12 @@ TEST_F(Models, AreTrainedTheSameWithAnyNumberOfThreadsAndImproveTheFirstResult) 
   const double with_model = dice({"--model", path("ball.model")});
   EXPECT_GT(with_model, 0.93);
   EXPECT_GT(with_model, dice({}));
+  for (const char* part : {"modes", "profiles"}) {
+    EXPECT_NE(dice({"--model", path("ball.model"), "--without", part}), with_model) << part;
+    const Outcome no_model = call({"clicks", path("image4.nii.gz"), path("truth4.nii.gz"), "--without", part});
+    EXPECT_EQ(no_model.status, 2);
+    EXPECT_NE(no_model.err.find("--model"), std::string::npos) << no_model.err;
+  }
 }
 
 TEST_F(Models, AreUsedBySegmentAndStayInItsScene) {
