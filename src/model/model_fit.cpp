@@ -26,7 +26,11 @@ constexpr int kStartStride = 3;         ///< every so many vertices compare orie
 constexpr std::size_t kBestStarts = 3;  ///< orientations from which the iteration is completed
 constexpr double kLeastTurn = 0.15;     ///< least deviation of rotations among the starts, radians
 constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
-constexpr double kLeastExtent = 0.8;    ///< ratio of extents of volumes with similar fields of view
+/// For a seed that is not in the deepest place: deviation of its place, sizes of the mean shape, and of the logarithm
+/// of its radius; shifts of the starts, deviations.
+constexpr double kAnywhereShift = 0.6, kAnywhereRadius = 0.4;
+constexpr std::array kAnywhereShifts{-1.4, -0.7, 0.7, 1.4};
+constexpr double kLeastExtent = 0.8;  ///< ratio of extents of volumes with similar fields of view
 
 /// Squared Mahalanobis distances of the kCount profiles that begin at successive samples of a line. `mean`,
 /// `whitening`: of the vertex.
@@ -53,6 +57,7 @@ std::array<float, kCount> profile_costs(const std::array<float, kSamples + kCoun
 /// Distribution of the pose for a seed.
 struct ModelFitter::Prior {
   Eigen::Matrix<double, 7, 1> mean, precision;  ///< of log scale, rotation vector, shift
+  double energy = 0;                            ///< negative logarithm of its density at the mean, up to a constant
 };
 
 struct ModelFitter::State {
@@ -70,7 +75,7 @@ struct ModelFitter::State {
 ModelFitter::ModelFitter(const OrganModel& model, const Volume& volume, RunJobs run)
     : model_(model), volume_(volume), run_(std::move(run)) {}
 
-ModelFitter::Prior ModelFitter::prior_of(const Mark* seed) const {
+ModelFitter::Prior ModelFitter::prior_of(const Mark* seed, bool anywhere) const {
   const PosePrior& pose = model_.shape.pose;
   Prior prior;
   prior.mean << pose.log_scale.mean, pose.rotation.mean, Eigen::Vector3d::Zero();
@@ -83,9 +88,15 @@ ModelFitter::Prior ModelFitter::prior_of(const Mark* seed) const {
   };
   const VolumeGeometry& geometry = volume_.geometry();
   if (seed) {
-    observe(0, std::log(seed->radius_mm) - pose.log_radius.mean, pose.log_radius.deviation);
+    const auto observe_seed = [&](int k, double value, double deviation, double if_anywhere) {
+      const double wide = std::hypot(deviation, anywhere ? if_anywhere : 0);
+      observe(k, value, wide);
+      prior.energy += std::log(wide / deviation);
+    };
+    observe_seed(0, std::log(seed->radius_mm) - pose.log_radius.mean, pose.log_radius.deviation, kAnywhereRadius);
     for (int a = 0; a < 3; ++a)
-      observe(4 + a, seed->position_mm[a] + pose.from_seed.mean[a], pose.from_seed.deviation[a]);
+      observe_seed(4 + a, seed->position_mm[a] + pose.from_seed.mean[a], pose.from_seed.deviation[a],
+                   kAnywhereShift * size_of(model_.shape));
   }
   bool similar = true;
   const Eigen::Vector3d extent = extent_mm(geometry);
@@ -101,32 +112,44 @@ ModelFitter::Prior ModelFitter::prior_of(const Mark* seed) const {
 
 void ModelFitter::prepare(const Mark* seed) {
   const double size = size_of(model_.shape);
-  const Prior prior = prior_of(seed);
-  const Eigen::Vector3d centre = seed ? seed->position_mm : Eigen::Vector3d(prior.mean.tail<3>());
+  const std::array priors{prior_of(seed, false), prior_of(seed, true)};
+  const Eigen::Vector3d centre = seed ? seed->position_mm : Eigen::Vector3d(priors[0].mean.tail<3>());
   image_.emplace(volume_, centre, kProfileImageRadius * size, model_.profiles, run_);
   struct Start {
     State state;
     double energy;
+    bool anywhere;
   };
   std::vector<Start> starts;
-  const auto add = [&](const Eigen::Vector3d& turn) {
+  const auto add = [&](bool anywhere, const Eigen::Vector3d& turn, const Eigen::Vector3d& shift) {
+    const Prior& prior = priors[anywhere];
     State state = start_of(prior, turn);
+    state.shift += shift;
     for (int k = 0; k < kStartIterations; ++k) iterate(state, prior, {}, kStartStride, 1.5);
-    starts.push_back({state, energy_of(state, prior, kStartStride, nullptr)});
+    starts.push_back({state, energy_of(state, prior, kStartStride, nullptr), anywhere});
   };
-  add(Eigen::Vector3d::Zero());
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  add(false, none, none);
   for (const double turns : kTurns)
     for (int a = 0; a < 3; ++a)
       for (const double sign : {-1.0, 1.0})
-        add(sign * turns * std::max(model_.shape.pose.rotation.deviation[a], kLeastTurn) * Eigen::Vector3d::Unit(a));
+        add(false,
+            sign * turns * std::max(model_.shape.pose.rotation.deviation[a], kLeastTurn) * Eigen::Vector3d::Unit(a),
+            none);
+  for (int a = 0; seed && a < 3; ++a)
+    for (const double shift : kAnywhereShifts)
+      add(true, none, shift / std::sqrt(priors[1].precision[4 + a]) * Eigen::Vector3d::Unit(a));
   std::ranges::stable_sort(starts, {}, &Start::energy);
   starts.resize(std::min(starts.size(), kBestStarts));
   for (Start& start : starts) {
+    const Prior& prior = priors[start.anywhere];
     for (int k = 0; k < kIterations; ++k)
       iterate(start.state, prior, {}, 1, k < kIterations / 3 ? 1.25 : k < 2 * kIterations / 3 ? 1.0 : 0.75);
     start.energy = energy_of(start.state, prior, 1, nullptr);
   }
-  of_seed_ = std::make_shared<State>(std::ranges::min_element(starts, {}, &Start::energy)->state);
+  const Start& best = *std::ranges::min_element(starts, {}, &Start::energy);
+  of_seed_ = std::make_shared<State>(best.state);
+  anywhere_ = best.anywhere;
 }
 
 ModelFitter::State ModelFitter::start_of(const Prior& prior, const Eigen::Vector3d& turn) const {
@@ -260,7 +283,8 @@ double ModelFitter::energy_of(const State& state, const Prior& prior, int stride
   const double mean = visible > 0 ? sum / visible : kMostCost;
   if (mean_cost) *mean_cost = mean;
   const double pose = (prior.precision.array() * (state.pose() - prior.mean).array().square()).sum();
-  return 0.5 * (kIndependentVertices * kIndependentSamples * mean + 0.5 * pose + state.coefficients.squaredNorm());
+  return prior.energy +
+         0.5 * (kIndependentVertices * kIndependentSamples * mean + 0.5 * pose + state.coefficients.squaredNorm());
 }
 
 ModelFit ModelFitter::fit(std::span<const Mark> marks) {
@@ -271,7 +295,7 @@ ModelFit ModelFitter::fit(std::span<const Mark> marks) {
     if (seed) seed_ = *seed;
     prepare(seed);
   }
-  const Prior prior = prior_of(seed);
+  const Prior prior = prior_of(seed, anywhere_);
   State state = *of_seed_;
   std::span<const Mark> others = marks;
   if (marks.size() == 1 && seed) others = {};

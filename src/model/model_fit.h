@@ -27,7 +27,8 @@ struct ModelFit {
 /// Each iteration finds for each vertex the expected shift along its normal and its variance from the costs of its
 /// profile at shifts of up to kShifts samples, and solves the linearised normal equations of pose and modes. Marks are
 /// further observations: a surface passes boundary marks, and balls are on their side of it. Vertices outside the
-/// volume have no profile. The iteration starts at the mean shape in several orientations; the one with the least
+/// volume have no profile. The iteration starts at the mean shape in several orientations, and at several shifts for a
+/// seed that is not in the deepest place, for example because the volume cuts the organ; the instance with the least
 /// energy is kept. Results have equal bits for any number of threads and depend on the marks alone. Source: Cootes et
 /// al. 1995 (search along normals), Luethi et al. 2018 (posterior of a Gaussian shape model).
 class ModelFitter {
@@ -41,7 +42,8 @@ class ModelFitter {
  private:
   struct Prior;
   struct State;
-  Prior prior_of(const Mark* seed) const;
+  /// `anywhere`: for a seed that is not in the deepest place of the organ.
+  Prior prior_of(const Mark* seed, bool anywhere) const;
   void prepare(const Mark* seed);
   State start_of(const Prior& prior, const Eigen::Vector3d& turn) const;
   Eigen::Matrix3Xd points_at(const State& state) const;
@@ -55,6 +57,7 @@ class ModelFitter {
   std::optional<ProfileImage> image_;
   std::optional<Mark> seed_;        // of image_ and of_seed_
   std::shared_ptr<State> of_seed_;  // instance for the seed alone
+  bool anywhere_ = false;           // prior_of() of that instance
 };
 
 }  // namespace simplexseg
