@@ -64,18 +64,34 @@ struct ProfileModel {
   std::vector<float> whitening;
 };
 
+/// Case that a model was trained on. No image.
+struct TrainedCase {
+  static constexpr int kMargin = 1;  ///< samples of a profile beyond those of ProfileModel, on each side
+  static constexpr int kStored = ProfileModel::kSamples + 2 * kMargin;
+
+  /// Checksums of the voxels of image and labels.
+  struct Source {
+    std::string image, labels;
+  };
+  Source source;
+  Eigen::Matrix3Xd points;             ///< vertices of the registered template, mm; empty: not stored
+  std::vector<float> profiles;         ///< V x kStored, sampled as those of the model
+  Eigen::Vector3d seed_mm{0, 0, 0};    ///< deepest place of the organ
+  double radius_mm = 0;                ///< its depth
+  Eigen::Vector3d centre_mm{0, 0, 0};  ///< of the volume
+  Eigen::Vector3d extent_mm{0, 0, 0};  ///< of the volume, as PosePrior::extent_mm
+  double error_mm = 0;                 ///< error of the instance of a model that had not seen the case
+  int error_cases = 0;                 ///< number of cases of that model; 0: there was none
+};
+
 /// Statistics of the organ of one label in training cases.
 struct OrganModel {
   std::string name;
   std::string modality;  ///< for example "CT"; "": not given
   ShapeModel shape;
   ProfileModel profiles;
-  double surface_error_mm = 0;  ///< root mean square normal distance of fitted from correct surfaces
-  /// Training cases: SHA-256 of image and labels.
-  struct Source {
-    std::string image, labels;
-  };
-  std::vector<Source> sources;
+  double surface_error_mm = 0;     ///< root mean square normal distance of fitted from correct surfaces
+  std::vector<TrainedCase> cases;  ///< in the order of training
 };
 
 /// Extents of a volume along the axes of the patient, mm, as in PosePrior::extent_mm.

@@ -59,6 +59,32 @@ TEST_F(Models, AreUsedBySegmentAndStayInItsScene) {
   EXPECT_EQ(call({"run", path("out.json"), "--steps", "1", "--labels", path("again.nii.gz")}).status, 0);
 }
 
+TEST_F(Models, GrowByCasesOfAnotherTable) {
+  write("first.csv", "image,labels,name\nimage1.nii.gz,truth1.nii.gz,case 1\n");
+  write("others.csv", "image,labels,name\nimage2.nii.gz,truth2.nii.gz,case 2\nimage3.nii.gz,truth3.nii.gz,case 3\n");
+  succeed({"model", "train", path("first.csv"), path("first.model"), "--vertices", "200", "--name", "ball"});
+  const auto add = [&](const char* out, const char* threads) {
+    const Outcome added = succeed({"model", "train", path("others.csv"), path(out), "--add", path("first.model"),
+                                   "--json", "--threads", threads});
+    return nlohmann::json::parse(added.out);
+  };
+  const nlohmann::json report = add("a.model", "1");
+  EXPECT_EQ(report["cases"], 3);
+  EXPECT_EQ(report["trained"][0]["name"], "case 2");
+  EXPECT_EQ(report["trained"][0]["error_cases"], 1);
+  EXPECT_GT(report["trained"][1]["error_mm"], 0);
+  EXPECT_EQ(report["checksum"], add("b.model", "2")["checksum"]);
+  EXPECT_EQ(text_of("a.model"), text_of("b.model"));
+  const Outcome shown = succeed({"model", "show", path("a.model")});
+  EXPECT_NE(shown.out.find("name       ball\n"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("cases      3\n"), std::string::npos) << shown.out;
+  EXPECT_EQ(call({"model", "train", path("others.csv"), path("x.model"), "--add", path("none.model")}).status, 2);
+  EXPECT_EQ(
+      call({"model", "train", path("others.csv"), path("x.model"), "--add", path("first.model"), "--vertices", "9"})
+          .status,
+      2);
+}
+
 TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
   const auto fails = [&](const Arguments& arguments, const std::string& why) {
     const Outcome outcome = call(arguments);
