@@ -26,7 +26,6 @@ constexpr int kStartStride = 3;         ///< every so many vertices compare orie
 constexpr std::size_t kBestStarts = 3;  ///< orientations from which the iteration is completed
 constexpr double kLeastTurn = 0.15;     ///< least deviation of rotations among the starts, radians
 constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
-constexpr double kLeastExtent = 0.8;    ///< ratio of extents of volumes with similar fields of view
 
 /// Squared Mahalanobis distances of the kCount profiles that begin at successive samples of a line. `mean`,
 /// `whitening`: of the vertex.
@@ -87,13 +86,7 @@ ModelFitter::Prior ModelFitter::prior_of(const Mark* seed) const {
     for (int a = 0; a < 3; ++a)
       observe(4 + a, seed->position_mm[a] + pose.from_seed.mean[a], pose.from_seed.deviation[a]);
   }
-  bool similar = true;
-  const Eigen::Vector3d extent = extent_mm(geometry);
-  for (int a = 0; a < 3; ++a) {
-    const double ratio = extent[a] / pose.extent_mm[a];
-    similar = similar && ratio > kLeastExtent && ratio < 1 / kLeastExtent;
-  }
-  if (similar || !seed)
+  if (has_similar_extent(pose, geometry) || !seed)
     for (int a = 0; a < 3; ++a)
       observe(4 + a, geometry.centre_mm()[a] + pose.from_centre.mean[a], pose.from_centre.deviation[a]);
   return prior;

@@ -97,6 +97,9 @@ struct OrganModel {
 /// Extents of a volume along the axes of the patient, mm, as in PosePrior::extent_mm.
 Eigen::Vector3d extent_mm(const VolumeGeometry& volume);
 
+/// Whether a volume has an extent similar to those of the training, so that PosePrior::from_centre holds.
+bool has_similar_extent(const PosePrior& pose, const VolumeGeometry& volume);
+
 /// Root mean square distance of centred points, one per column, from the centre, mm: the size of a shape.
 double size_of(const Eigen::Matrix3Xd& centred);
 double size_of(const ShapeModel& shape);

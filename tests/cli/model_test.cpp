@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training of models, and their use by segment and clicks.
+#include <algorithm>
+#include <filesystem>
+
 #include "cli_fixture.h"
+#include "core/error.h"
+#include "io/platform/data_path.h"
 
 namespace simplexseg {
 namespace {
@@ -85,6 +90,27 @@ TEST_F(Models, GrowByCasesOfAnotherTable) {
       2);
 }
 
+TEST_F(Models, StartASegmentationWithoutASeedOrRefuseTheImage) {
+  ASSERT_EQ(train().status, 0);
+  succeed({"segment", path("image4.nii.gz"), path("out.nii.gz"), "--model", path("ball.model"), "--save",
+           path("out.json")});
+  const Outcome compared = succeed({"compare", path("truth4.nii.gz"), path("out.nii.gz"), "--csv"});
+  EXPECT_NE(compared.out.find("\ndice,0.9"), std::string::npos) << compared.out;
+  EXPECT_GT(json_of("out.json")["meshes"][0]["sphere"]["radius_mm"].get<double>(), 3);
+  // An image of noise alone.
+  succeed({"phantom", "sphere", path("noise.nii.gz"), "--size", "32", "--noise", "40", "--contrast", "0"});
+  for (const Arguments& more : {Arguments{}, Arguments{"--plan"}}) {
+    Arguments arguments{"segment", path("noise.nii.gz"), path("no.nii.gz"), "--model", path("ball.model")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome refused = call(arguments);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+    EXPECT_NE(refused.err.find(more.empty() ? "does not recognise" : "--plan"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("--seed"), std::string::npos) << refused.err;
+    EXPECT_FALSE(exists("no.nii.gz"));
+  }
+}
+
 TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
   const auto fails = [&](const Arguments& arguments, const std::string& why) {
     const Outcome outcome = call(arguments);
@@ -105,6 +131,28 @@ TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
   fails({"segment", path("image4.nii.gz"), path("o.nii.gz"), "--seed", "0,0,0", "--model", path("a"), "--model",
          path("b")},
         "2 models");
+}
+
+TEST_F(Models, FindAnUnseenHippocampusWithoutASeedAndNothingInACt) {
+  std::filesystem::path images, ct;
+  try {
+    const std::filesystem::path data = std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data";
+    images = find_data("hippocampus/images", data), ct = find_data("ct_abdomen/ct.nii.gz", data);
+  } catch (const Error&) {
+    GTEST_SKIP() << "no hippocampi on this machine";
+  }
+  std::vector<std::string> files;
+  for (const auto& file : std::filesystem::directory_iterator(images)) files.push_back(file.path().filename().string());
+  std::ranges::sort(files);
+  const auto labels = [&](std::size_t k) { return (images.parent_path() / "labels" / files[k]).string(); };
+  std::string table = "image,labels\n";
+  for (std::size_t k = 0; k < 8; ++k) table += (images / files[k]).string() + "," + labels(k) + "\n";
+  write("hippocampi.csv", table);
+  succeed({"model", "train", path("hippocampi.csv"), path("h.model")});
+  succeed({"segment", (images / files.back()).string(), path("out.nii.gz"), "--model", path("h.model"), "--reference",
+           labels(files.size() - 1), "--report", path("report.json")});
+  EXPECT_GT(json_of("report.json")["meshes"][0]["dice"].get<double>(), 0.8);
+  EXPECT_EQ(call({"segment", ct.string(), path("no.nii.gz"), "--model", path("h.model")}).status, 2);
 }
 
 }  // namespace
