@@ -8,13 +8,16 @@
 #include <thread>
 
 #include "app/load.h"
+#include "app/model_pictures.h"
 #include "app/progress.h"
 #include "app/table.h"
 #include "cli/commands.h"
 #include "core/number_text.h"
 #include "core/thread_pool.h"
 #include "io/model/train_from_table.h"
+#include "io/platform/files.h"
 #include "io/platform/output_checks.h"
+#include "model/learning_curve.h"
 
 namespace simplexseg {
 namespace {
@@ -93,15 +96,35 @@ void train(const TrainOptions& options, const Console& console) {
     print_text(trained, seconds, console.out);
 }
 
-void show(const std::string& path, const Console& console) {
+constexpr double kNeededShare = 0.1;  ///< difference of an error from its limit that more cases are not needed for
+
+void show(const std::string& path, const std::string& pictures, const Console& console) {
+  if (!pictures.empty()) OutputChecks({path}).require_folder(pictures);
   const ModelFile file = read_model(path);
+  if (!pictures.empty()) {
+    make_folder(pictures);
+    write_model_pictures(file.organs[0], pictures);
+  }
   for (const OrganModel& organ : file.organs) {
     const Eigen::VectorXd variances = organ.shape.modes.cast<double>().colwise().squaredNorm();
     console.out << "name       " << (organ.name.empty() ? "-" : organ.name) << "\nmodality   "
                 << (organ.modality.empty() ? "-" : organ.modality) << "\ncases      " << organ.cases.size()
                 << "\nvertices   " << organ.shape.vertex_count() << "\nerror      "
                 << length_text(organ.surface_error_mm) << " (root mean square, cases left out)\nchecksum   "
-                << file.checksum << "\n\n";
+                << file.checksum << "\n";
+    const LearningCurve curve = learning_curve(organ);
+    if (curve.fit) {
+      const std::optional<int> needed = curve.fit->cases_within(kNeededShare);
+      console.out << "limit      " << length_text(curve.fit->limit_mm) << " (error with many cases, extrapolated)\n"
+                  << "needed     "
+                  << (needed ? std::to_string(*needed) + " cases for an error within 10% of the limit" : "-") << "\n\n";
+      std::vector<std::vector<std::string>> errors{{"training cases", "error mm", "fitted mm"}};
+      for (const UnseenError& one : curve.points)
+        errors.push_back(
+            {std::to_string(one.cases), fixed_or_dash(one.error_mm, 3), fixed_or_dash(curve.fit->at(one.cases), 3)});
+      print_table(console.out, errors, 1);
+    }
+    console.out << "\n";
     std::vector<std::vector<std::string>> table{{"mode", "deviation mm", "variance %", "together %"}};
     double sum = 0;
     for (Eigen::Index m = 0; m < variances.size(); ++m) {
@@ -146,6 +169,8 @@ void add_model(const Subcommand& app, Action& action) {
       .one_of({"auto", "hounsfield", "percentiles"})
       .show_default()
       .excludes(add);
+  sub.add_flag("--curve", options->training.settings.measure_curve,
+               "Measure the error for fewer cases too, from which show estimates how many cases are needed");
   sub.add_flag("--json", options->json,
                "Print the cases, their checksums and errors, and the checksum of the model as JSON");
   sub.add_option("--threads", options->threads, "CPU threads; 0: all cores").within(0, 1024).show_default();
@@ -153,7 +178,15 @@ void add_model(const Subcommand& app, Action& action) {
   const Subcommand shown = model.add_subcommand("show", "Prints the modes of a model, its cases and its error");
   const auto path = std::make_shared<std::string>();
   shown.add_option("MODEL", *path, "Model file").required();
-  shown.callback([path, &action] { action = [path](const Console& console) { show(*path, console); }; });
+  const auto pictures = std::make_shared<std::string>();
+  shown
+      .add_option("--pictures", *pictures,
+                  "Folder for pictures: the first modes at -2, 0 and +2 deviations, explained variance, and error "
+                  "against the number of cases")
+      .not_empty();
+  shown.callback([path, pictures, &action] {
+    action = [path, pictures](const Console& console) { show(*path, *pictures, console); };
+  });
 }
 
 }  // namespace simplexseg

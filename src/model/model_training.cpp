@@ -26,8 +26,9 @@ constexpr int kLeastVertices = 1000, kMostVertices = 2500;  ///< of a template, 
 constexpr double kLargestEdge = 0.35;                       ///< mean edge of a template, depths of the object
 constexpr double kSamplesPerSize = 28;                      ///< profile samples per size
 constexpr double kSurroundings = 1.6;                       ///< ProfileModel::surroundings_mm, sizes
-constexpr int kFolds = 5;                                   ///< of the cross-validation
-constexpr double kUnknownError = 0.06;                      ///< surface_error_mm without cross-validation, sizes
+constexpr int kCurveTests = 10;         ///< largest number of unseen cases for each number of training cases of a curve
+constexpr int kFolds = 5;               ///< of the cross-validation
+constexpr double kUnknownError = 0.06;  ///< surface_error_mm without cross-validation, sizes
 
 using Points = Eigen::Matrix3Xd;
 
@@ -123,6 +124,24 @@ void cross_validate(const RegisteredCases& registered, const TrainingSettings& s
       model.cases[c].error_cases = static_cast<int>(others.size());
     }
   }
+}
+
+/// Errors of models of 1, 2, 4, ... cases on some of the others. Both are spread evenly over the table.
+std::vector<UnseenError> measure_curve(const RegisteredCases& registered, const TrainingSettings& settings,
+                                       const RunJobs& run) {
+  const auto count = static_cast<int>(registered.cases.size());
+  std::vector<UnseenError> curve;
+  for (int cases = 1; 2 * cases <= count; cases *= 2) {
+    std::vector<const RegisteredCase*> seen, unseen;
+    for (int c = 0; c < count; ++c) {
+      const bool is_seen = (c + 1) * cases / count > c * cases / count;
+      (is_seen ? seen : unseen).push_back(&registered.cases[c]);
+    }
+    const OrganModel model = train_on(registered.mesh, seen, settings, run);
+    const int tests = std::min(kCurveTests, static_cast<int>(unseen.size()));
+    for (int t = 0; t < tests; ++t) curve.push_back({cases, error_on(model, *unseen[unseen.size() * t / tests], run)});
+  }
+  return curve;
 }
 
 /// Largest part of a mask that is smoothed by a Gaussian, without cavities.
@@ -225,6 +244,7 @@ OrganModel train_model(const RegisteredCases& registered, const TrainingSettings
   OrganModel model = train_on(registered.mesh, all, settings, run);
   cross_validate(registered, settings, run, model);
   model.surface_error_mm = error_of(model);
+  if (settings.measure_curve) model.curve = measure_curve(registered, settings, run);
   return model;
 }
 

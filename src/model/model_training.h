@@ -21,6 +21,7 @@ struct TrainingSettings {
   int vertices = 0;  ///< approximate number of vertices of the template; 0: 1000, or more for a thin object
   int modes = 60;    ///< largest number of modes
   IntensityScale scale = IntensityScale::Percentiles;
+  bool measure_curve = false;  ///< measures OrganModel::curve
 };
 
 /// Training case with the registered template.

@@ -84,6 +84,12 @@ struct TrainedCase {
   int error_cases = 0;                 ///< number of cases of that model; 0: there was none
 };
 
+/// Error of a model on a case that it had not seen.
+struct UnseenError {
+  int cases = 0;        ///< number of cases of the model
+  double error_mm = 0;  ///< as TrainedCase::error_mm
+};
+
 /// Statistics of the organ of one label in training cases.
 struct OrganModel {
   std::string name;
@@ -92,6 +98,8 @@ struct OrganModel {
   ProfileModel profiles;
   double surface_error_mm = 0;     ///< root mean square normal distance of fitted from correct surfaces
   std::vector<TrainedCase> cases;  ///< in the order of training
+  /// Further errors of models of fewer cases on unseen cases (TrainingSettings::measure_curve); see learning_curve().
+  std::vector<UnseenError> curve;
 };
 
 /// Extents of a volume along the axes of the patient, mm, as in PosePrior::extent_mm.

@@ -64,6 +64,20 @@ TEST_F(Models, AreUsedBySegmentAndStayInItsScene) {
   EXPECT_EQ(call({"run", path("out.json"), "--steps", "1", "--labels", path("again.nii.gz")}).status, 0);
 }
 
+TEST_F(Models, AreShownInPicturesWithTheirErrorsForFewerCases) {
+  ASSERT_EQ(train({"--curve"}).status, 0);
+  EXPECT_EQ(succeed({"model", "show", path("ball.model")}).out.find("needed"), std::string::npos)
+      << "one or two numbers of cases are too few";
+  succeed({"model", "train", path("table.csv"), path("larger.model"), "--add", path("ball.model")});
+  const Outcome shown = succeed({"model", "show", path("larger.model"), "--pictures", path("pictures")});
+  EXPECT_NE(shown.out.find("\nneeded     "), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("\nlimit      "), std::string::npos) << shown.out;
+  for (const char* name : {"mode_1.png", "mode_5.png", "variance.png", "error.png"})
+    EXPECT_GT(text_of(std::string("pictures/") + name).size(), 1000u) << name;
+  EXPECT_FALSE(exists("pictures/mode_6.png"));
+  EXPECT_NE(text_of("pictures/mode_1.png"), text_of("pictures/mode_2.png"));
+}
+
 TEST_F(Models, GrowByCasesOfAnotherTable) {
   write("first.csv", "image,labels,name\nimage1.nii.gz,truth1.nii.gz,case 1\n");
   write("others.csv", "image,labels,name\nimage2.nii.gz,truth2.nii.gz,case 2\nimage3.nii.gz,truth3.nii.gz,case 3\n");

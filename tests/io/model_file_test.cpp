@@ -38,6 +38,7 @@ ModelFile any_model() {
   first.profiles.assign(static_cast<std::size_t>(vertices) * TrainedCase::kStored, 0.5f);
   first.seed_mm = {1, 2, 3}, first.radius_mm = 4, first.centre_mm = {5, 6, 7}, first.extent_mm = {8, 9, 10};
   first.error_mm = 0.75, first.error_cases = 3;
+  organ.curve = {{1, 2.5}, {4, 1.5}};
   organ.cases.emplace_back().source = {"crc32-3", "crc32-4"};  // as of a file without shapes
   return {{organ}, ""};
 }
@@ -64,6 +65,9 @@ TEST_F(ModelFiles, AreReadAsTheyWereWritten) {
   EXPECT_EQ(a.cases[0].extent_mm, b.cases[0].extent_mm);
   EXPECT_EQ(b.cases[0].error_mm, 0.75);
   EXPECT_EQ(b.cases[0].error_cases, 3);
+  ASSERT_EQ(b.curve.size(), 2u);
+  EXPECT_EQ(b.curve[1].cases, 4);
+  EXPECT_EQ(b.curve[1].error_mm, 1.5);
   EXPECT_EQ(b.cases[1].source.labels, "crc32-4");
   EXPECT_EQ(b.cases[1].points.cols(), 0);
 }

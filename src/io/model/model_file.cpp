@@ -107,6 +107,8 @@ json json_of(const OrganModel& organ) {
   const ProfileModel& profiles = organ.profiles;
   json cases = json::array();
   for (const TrainedCase& one : organ.cases) cases.push_back(json_of(one));
+  json curve = json::array();
+  for (const UnseenError& one : organ.curve) curve.push_back({one.cases, one.error_mm});
   return {
       {"name", organ.name},
       {"modality", organ.modality},
@@ -131,6 +133,7 @@ json json_of(const OrganModel& organ) {
         {"whitening", array_json(profiles.whitening.data(), profiles.whitening.size())}}},
       {"surface_error_mm", organ.surface_error_mm},
       {"cases", std::move(cases)},
+      {"curve", std::move(curve)},
   };
 }
 
@@ -165,6 +168,11 @@ OrganModel organ_from(const json& value) {
   organ.surface_error_mm = positive_from(value.at("surface_error_mm"));
   for (const json& one : value.at(value.contains("sources") ? "sources" : "cases"))
     organ.cases.push_back(case_from(one, count));
+  if (!value.contains("curve")) return organ;
+  for (const json& one : value.at("curve")) {
+    organ.curve.push_back({one.at(0).get<int>(), number_from(one.at(1))});
+    expect(organ.curve.back().cases > 0 && organ.curve.back().error_mm >= 0, "an error is negative");
+  }
   return organ;
 }
 
