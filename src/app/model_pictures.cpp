@@ -75,7 +75,7 @@ void write_model_pictures(const OrganModel& model, const std::filesystem::path& 
   for (int m = 0; m < std::min(model.shape.mode_count(), kPicturedModes); ++m)
     write_picture(folder / ("mode_" + std::to_string(m + 1) + ".png"), draw_mode(model, m));
   Plot variance{"Explained variance", "modes", "% of all modes", false, false, {}};
-  const Eigen::VectorXd variances = model.shape.modes.cast<double>().colwise().squaredNorm();
+  const Eigen::VectorXd variances = mode_variances(model.shape);
   PlotSeries& together = variance.series.emplace_back();
   together.markers = true;
   double sum = 0;

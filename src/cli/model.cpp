@@ -106,7 +106,7 @@ void show(const std::string& path, const std::string& pictures, const Console& c
     write_model_pictures(file.organs[0], pictures);
   }
   for (const OrganModel& organ : file.organs) {
-    const Eigen::VectorXd variances = organ.shape.modes.cast<double>().colwise().squaredNorm();
+    const Eigen::VectorXd variances = mode_variances(organ.shape);
     console.out << "name       " << (organ.name.empty() ? "-" : organ.name) << "\nmodality   "
                 << (organ.modality.empty() ? "-" : organ.modality) << "\ncases      " << organ.cases.size()
                 << "\nvertices   " << organ.shape.vertex_count() << "\nerror      "

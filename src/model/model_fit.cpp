@@ -132,11 +132,8 @@ ModelFitter::State ModelFitter::start_of(const Prior& prior, const Eigen::Vector
 }
 
 Eigen::Matrix3Xd ModelFitter::points_at(const State& state) const {
-  const ShapeModel& shape = model_.shape;
-  const Eigen::VectorXf deformation = shape.modes * state.coefficients.cast<float>();
-  Eigen::Matrix3Xd points = points_of(shape.mean);
-  points += Eigen::Map<const Eigen::Matrix3Xf>(deformation.data(), 3, shape.vertex_count()).cast<double>();
-  return Similarity{std::exp(state.log_scale), rotation_of(state.rotation), state.shift}(points);
+  return Similarity{std::exp(state.log_scale), rotation_of(state.rotation),
+                    state.shift}(shape_of(model_.shape, state.coefficients));
 }
 
 void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark> marks, int stride,

@@ -22,6 +22,16 @@ bool has_similar_extent(const PosePrior& pose, const VolumeGeometry& volume) {
   return (ratios > kLeastExtent).all() && (ratios < 1 / kLeastExtent).all();
 }
 
+Eigen::Matrix3Xd shape_of(const ShapeModel& shape, const Eigen::VectorXd& coefficients) {
+  const Eigen::VectorXf deformation = shape.modes * coefficients.cast<float>();
+  return points_of(shape.mean) +
+         Eigen::Map<const Eigen::Matrix3Xf>(deformation.data(), 3, shape.vertex_count()).cast<double>();
+}
+
+Eigen::VectorXd mode_variances(const ShapeModel& shape) {
+  return shape.modes.cast<double>().colwise().squaredNorm().transpose();
+}
+
 double size_of(const Eigen::Matrix3Xd& centred) { return std::sqrt(centred.colwise().squaredNorm().mean()); }
 double size_of(const ShapeModel& shape) { return size_of(points_of(shape.mean)); }
 

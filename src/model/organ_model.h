@@ -108,6 +108,11 @@ Eigen::Vector3d extent_mm(const VolumeGeometry& volume);
 /// Whether a volume has an extent similar to those of the training, so that PosePrior::from_centre holds.
 bool has_similar_extent(const PosePrior& pose, const VolumeGeometry& volume);
 
+/// Mean shape deformed by all modes, one point per column, mm. `coefficients`: of each mode, deviations.
+Eigen::Matrix3Xd shape_of(const ShapeModel& shape, const Eigen::VectorXd& coefficients);
+/// Variance of each mode, summed over all coordinates, mm^2.
+Eigen::VectorXd mode_variances(const ShapeModel& shape);
+
 /// Root mean square distance of centred points, one per column, from the centre, mm: the size of a shape.
 double size_of(const Eigen::Matrix3Xd& centred);
 double size_of(const ShapeModel& shape);
