@@ -10,7 +10,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kIterations = 30;
+constexpr int kHuberIterations = 30;
 constexpr double kHuber = 1.345;       ///< limit of a residual with full weight, robust deviations
 constexpr double kDeviation = 1.4826;  ///< of a normal distribution, median absolute deviations
 constexpr std::size_t kLeastNumbers = 3;
@@ -25,7 +25,7 @@ double median(std::vector<double> values) {
 LearningCurve::Fit fit_curve(const std::vector<UnseenError>& points) {
   LearningCurve::Fit fit{0, 0};
   std::vector<double> weights(points.size(), 1);
-  for (int k = 0; k < kIterations; ++k) {
+  for (int k = 0; k < kHuberIterations; ++k) {
     Eigen::Matrix2d matrix = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t p = 0; p < points.size(); ++p) {
@@ -38,6 +38,7 @@ LearningCurve::Fit fit_curve(const std::vector<UnseenError>& points) {
     if (fit.slope_mm < 0) fit = {right[0] / matrix(0, 0), 0};
     if (fit.limit_mm < 0) fit = {0, right[1] / matrix(1, 1)};
     std::vector<double> residuals;
+    residuals.reserve(points.size());
     for (const UnseenError& p : points) residuals.push_back(std::abs(p.error_mm - fit.at(p.cases)));
     const double deviation = std::max(kDeviation * median(residuals), 1e-9);
     for (std::size_t p = 0; p < points.size(); ++p)

@@ -15,14 +15,14 @@ namespace {
 constexpr double kMarginVoxels = 2;  ///< of the grid around the instance
 /// Largest ModelFit::cost. It is below 0.8 for unseen organs, and above 1.2 in regions of other images, to which
 /// trust_in() gives some trust because a seed usually excludes them (docs/results/models.md).
-constexpr double kMostCost = 1.2;
+constexpr double kMostStartCost = 1.2;
 
 }  // namespace
 
 std::optional<Mark> find_organ(const OrganModel& model, const Volume& volume, const RunJobs& run) {
   if (!has_similar_extent(model.shape.pose, volume.geometry())) return std::nullopt;
   const ModelFit fit = ModelFitter(model, volume, run).fit({});
-  if (trust_in(model, fit) == 0 || fit.cost > kMostCost) return std::nullopt;
+  if (trust_in(model, fit) == 0 || fit.cost > kMostStartCost) return std::nullopt;
   const std::array<Eigen::Vector3d, 2> bounds{fit.points.rowwise().minCoeff(), fit.points.rowwise().maxCoeff()};
   VolumeGeometry grid = volume.geometry();
   const bool visible = std::ranges::any_of(fit.points.colwise(), [&](const auto& p) { return grid.contains(p); });
