@@ -72,6 +72,7 @@ Json mesh_json(const MeshReport& mesh) {
     if (mesh.field->intensity_range.is_limited()) json["range_effect"] = name_of(mesh.field->range_effect);
     if (!mesh.field->problem.empty()) json["problem"] = mesh.field->problem;
   }
+  if (!mesh.model.empty()) json["model"] = mesh.model;
   if (!mesh.trace.empty()) json["trace"] = trace_json(mesh.trace);
   return json;
 }
@@ -105,8 +106,8 @@ void describe_engine(RunReport& report, const Engine& engine, int threads) {
 
 MeshReport report_of(const MeshItem& item, const Scene& scene, const VolumeGeometry& geometry,
                      const std::optional<Mask>& reference, const MeshTrace* trace) {
-  MeshReport report{item.name, item.mesh.vertex_count(), measure(item.mesh), object_axes(item.mesh, geometry), {}, {},
-                    item.field};
+  MeshReport report{item.name,  item.mesh.vertex_count(), measure(item.mesh), object_axes(item.mesh, geometry), {},
+                    item.field, item.model_checksum()};
   if (reference)
     report.agreement = compare_masks(*reference, object_mask(item.mesh, paint_of(scene, item.id), reference->geometry));
   if (trace) report.trace = trace->samples;

@@ -24,8 +24,9 @@ struct MeshReport {
   SurfaceMeasures measures{};
   std::optional<ObjectAxes> axes;           ///< long and short axis; nullopt: no slice of the volume cuts the mesh
   std::optional<MaskComparison> agreement;  ///< agreement with the reference; nullopt: there is none
-  std::vector<TraceSample> trace;           ///< samples taken during the run; empty: not traced
   std::shared_ptr<const MeshField> field;   ///< field of the mesh; null: none
+  std::string model;                        ///< checksum of the model of its organ; "": none
+  std::vector<TraceSample> trace{};         ///< samples taken during the run; empty: not traced
 };
 
 /// Result of a run.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <thread>
 
 #include "app/progress.h"
 #include "app/simulate.h"
@@ -9,6 +11,8 @@
 #include "cli/run_scene.h"
 #include "cli/segment_scene.h"
 #include "cli/slicer_description.h"
+#include "core/error.h"
+#include "core/thread_pool.h"
 #include "io/volume/volume_io.h"
 
 namespace simplexseg {
@@ -31,12 +35,21 @@ void segment(const SegmentOptions& options, const Console& console) {
                                                        request.reference, request.label_preset};
     const auto check = [&](const SceneFile& file) { check_outputs(options.run, file, "", read_from); };
     if (options.plan) {
+      if (starts_from_models(request))
+        throw Error("--plan", "the models find the positions of their organs in a run only",
+                    "add --seed X,Y,Z and --radius");
       input.loaded = load_scene(segment_scene(request), "",
                                 {.settings = options.run.settings, .voxels = LoadOptions::Voxels::Skip});
     } else {
       OutputChecks checks(read_from);
       check_outputs(options.run, checks);  // before the template and the labels are read
       input.loaded = load_scene(segment_scene(request), "", {.settings = options.run.settings, .check = check});
+      if (starts_from_models(request)) {
+        const int threads = options.run.threads > 0 ? options.run.threads : options.run.max_threads;
+        ThreadPool pool(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+        place_seeds_by_models(input.loaded.scene, input.loaded.volume,
+                              [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); });
+      }
     }
   }
   if (options.plan) {
@@ -77,7 +90,8 @@ void add_segment(const Subcommand& app, Action& action) {
                  "Label preset (simplexseg-cli labels) or file of one: label, colour and DICOM codes by name")
       .not_empty();
   sub.add_option("--model", request.models,
-                 "Model of the organ (simplexseg-cli model train): one for all meshes or one per mesh, in their order")
+                 "Model of the organ (simplexseg-cli model train): one for all meshes or one per mesh, in their order. "
+                 "Without seeds, labels and scene: one mesh per model, where it finds its organ")
       .one_value_each()
       .not_empty();
   for (const auto& [name, points, doc] :

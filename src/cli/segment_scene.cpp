@@ -13,6 +13,7 @@
 #include "io/scene/label_preset.h"
 #include "io/scene/mesh_model.h"
 #include "io/scene/mesh_start.h"
+#include "model/model_start.h"
 #include "session/free_attributes.h"
 #include "session/scene_checks.h"
 
@@ -219,9 +220,11 @@ SceneFile segment_scene(const SegmentRequest& request) {
     throw Error("segment", "there is a radius, but no seed", "add --seed X,Y,Z in mm (LPS)");
   else if (!request.start_labels.empty())
     start_from_labels(request, file);
+  else if (starts_from_models(request))
+    for (std::size_t m = 0; m < request.models.size(); ++m) add_mesh_item(scene);
   else if (scene.meshes.empty())
     throw Error("segment", "the position of the object is missing",
-                "use --seed X,Y,Z and --radius, --labels-start LABELS, or a --scene with meshes");
+                "use --seed X,Y,Z and --radius, --labels-start LABELS, a --scene with meshes, or a --model");
   ItemId id = 0;
   for (MeshItem& item : scene.meshes) item.id = ++id;  // does not change a template, whose ids are 1, 2, ... already
   rename_meshes(request.names, scene);
@@ -237,6 +240,21 @@ SceneFile segment_scene(const SegmentRequest& request) {
   scene.volume_series = request.series;
   file.volume = request.image;
   return file;
+}
+
+bool starts_from_models(const SegmentRequest& request) {
+  return !request.models.empty() && request.seeds.empty() && request.radii.empty() && request.start_labels.empty() &&
+         request.scene.empty();
+}
+
+void place_seeds_by_models(Scene& scene, const Volume& volume, const RunJobs& run) {
+  for (MeshItem& item : scene.meshes) {
+    const std::optional<Mark> seed = find_organ(*item.model->organ, volume, run);
+    if (!seed)
+      throw Error("model " + quoted(fs::path(item.model->path)), "it does not recognise its organ in this image",
+                  "place a seed in the organ with --seed X,Y,Z and --radius");
+    item.seed = {seed->position_mm, seed->radius_mm};
+  }
 }
 
 }  // namespace simplexseg

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "field/run_jobs.h"
 #include "io/scene/scene_io.h"
 
 namespace simplexseg {
@@ -25,5 +26,11 @@ struct SegmentRequest {
 
 /// Builds the scene of the options, with the image as its volume. Throws Error for invalid options.
 SceneFile segment_scene(const SegmentRequest& request);
+
+/// Whether the meshes of the options start where their models find their organs: there is no other start.
+bool starts_from_models(const SegmentRequest& request);
+/// Places the seeds of meshes where their models find their organs in the volume (find_organ()). Throws Error for a
+/// model that does not recognise its organ.
+void place_seeds_by_models(Scene& scene, const Volume& volume, const RunJobs& run);
 
 }  // namespace simplexseg

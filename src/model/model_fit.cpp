@@ -30,7 +30,6 @@ constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
 /// of its radius; shifts of the starts, deviations.
 constexpr double kAnywhereShift = 0.6, kAnywhereRadius = 0.4;
 constexpr std::array kAnywhereShifts{-1.4, -0.7, 0.7, 1.4};
-constexpr double kLeastExtent = 0.8;  ///< ratio of extents of volumes with similar fields of view
 
 /// Squared Mahalanobis distances of the kCount profiles that begin at successive samples of a line. `mean`,
 /// `whitening`: of the vertex.
@@ -98,13 +97,7 @@ ModelFitter::Prior ModelFitter::prior_of(const Mark* seed, bool anywhere) const 
       observe_seed(4 + a, seed->position_mm[a] + pose.from_seed.mean[a], pose.from_seed.deviation[a],
                    kAnywhereShift * size_of(model_.shape));
   }
-  bool similar = true;
-  const Eigen::Vector3d extent = extent_mm(geometry);
-  for (int a = 0; a < 3; ++a) {
-    const double ratio = extent[a] / pose.extent_mm[a];
-    similar = similar && ratio > kLeastExtent && ratio < 1 / kLeastExtent;
-  }
-  if (similar || !seed)
+  if (has_similar_extent(pose, geometry) || !seed)
     for (int a = 0; a < 3; ++a)
       observe(4 + a, geometry.centre_mm()[a] + pose.from_centre.mean[a], pose.from_centre.deviation[a]);
   return prior;
@@ -162,11 +155,8 @@ ModelFitter::State ModelFitter::start_of(const Prior& prior, const Eigen::Vector
 }
 
 Eigen::Matrix3Xd ModelFitter::points_at(const State& state) const {
-  const ShapeModel& shape = model_.shape;
-  const Eigen::VectorXf deformation = shape.modes * state.coefficients.cast<float>();
-  Eigen::Matrix3Xd points = points_of(shape.mean);
-  points += Eigen::Map<const Eigen::Matrix3Xf>(deformation.data(), 3, shape.vertex_count()).cast<double>();
-  return Similarity{std::exp(state.log_scale), rotation_of(state.rotation), state.shift}(points);
+  return Similarity{std::exp(state.log_scale), rotation_of(state.rotation),
+                    state.shift}(shape_of(model_.shape, state.coefficients));
 }
 
 void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark> marks, int stride,

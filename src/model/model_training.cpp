@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/model_training.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "core/error.h"
 #include "field/robot_user.h"
@@ -15,8 +11,8 @@
 #include "image/label_surface.h"
 #include "mesh/mesh_geometry.h"
 #include "model/model_fit.h"
+#include "model/model_statistics.h"
 #include "model/profile_image.h"
-#include "model/similarity.h"
 #include "model/template_registration.h"
 
 namespace simplexseg {
@@ -28,250 +24,124 @@ constexpr std::array kTemplateSmoothing{0.0, 0.7, 1.0, 1.5};
 constexpr double kMostFolded = 0.02;                        ///< share of folded vertices of a template
 constexpr int kLeastVertices = 1000, kMostVertices = 2500;  ///< of a template, unless the number is given
 constexpr double kLargestEdge = 0.35;                       ///< mean edge of a template, depths of the object
-constexpr int kAlignments = 5;                              ///< iterations of the generalised Procrustes analysis
-constexpr double kProcessDeviation = 0.06;  ///< of the Gaussian process, sizes of the mean shape, for few cases
-constexpr double kProcessLength = 0.5;      ///< its correlation length, sizes
-constexpr double kProcessCases = 10;        ///< number of cases that halve its variance
-constexpr double kProcessTolerance = 0.01;  ///< share of the variance that its low-rank factor may miss
-constexpr double kSamplesPerSize = 28;      ///< profile samples per size
-constexpr double kSurroundings = 1.6;       ///< ProfileModel::surroundings_mm, sizes
-constexpr double kSharedCovariance = 0.15;  ///< share of the covariance of all vertices
-constexpr double kLeastVariance = 1e-3;     ///< of the mean variance, added to each sample
-constexpr int kCovarianceSmoothings = 2;    ///< averages of covariances over neighbours
-constexpr int kFewCases = 5;                ///< below this number, covariances also contain shifted profiles
-// Deviations of the pose before there are cases, which count as kPriorCases: log scale, rotation (radians), place
-// (sizes), log radius.
-constexpr double kScaleDeviation = 0.08, kRotationDeviation = 0.12, kPlaceDeviation = 0.15, kRadiusDeviation = 0.1;
-constexpr double kPriorCases = 3;
+constexpr double kSamplesPerSize = 28;                      ///< profile samples per size
+constexpr double kSurroundings = 1.6;                       ///< ProfileModel::surroundings_mm, sizes
+constexpr int kCurveTests = 10;         ///< largest number of unseen cases for each number of training cases of a curve
 constexpr int kFolds = 5;               ///< of the cross-validation
 constexpr double kUnknownError = 0.06;  ///< surface_error_mm without cross-validation, sizes
 
 using Points = Eigen::Matrix3Xd;
 
-Normal normal_of(const std::vector<double>& values, double prior_deviation) {
-  const auto n = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
-  double sum = kPriorCases * prior_deviation * prior_deviation;
-  for (const double x : values) sum += (x - mean) * (x - mean);
-  return {mean, std::sqrt(sum / (n + kPriorCases))};
-}
-Normal3 normal_of(const std::vector<Eigen::Vector3d>& values, double prior_deviation) {
-  Normal3 result;
-  for (int a = 0; a < 3; ++a) {
-    std::vector<double> one;
-    one.reserve(values.size());
-    for (const Eigen::Vector3d& v : values) one.push_back(v[a]);
-    const Normal normal = normal_of(one, prior_deviation);
-    result.mean[a] = normal.mean, result.deviation[a] = normal.deviation;
-  }
+/// Case as the statistics need it, without profiles.
+TrainedCase trained_case(const RegisteredCase& one) {
+  const VolumeGeometry& grid = one.data->image.geometry();
+  TrainedCase result;
+  result.source = one.data->source;
+  result.points = one.points;
+  result.seed_mm = one.seed_mm, result.radius_mm = one.radius_mm;
+  result.centre_mm = grid.centre_mm(), result.extent_mm = extent_mm(grid);
   return result;
 }
 
-/// Mean shape of the cases after similarity alignment, centred, in the mean size and orientation of the cases.
-Points mean_shape(const std::vector<const RegisteredCase*>& cases) {
-  Points mean = cases[0]->points.colwise() - cases[0]->points.rowwise().mean();
-  const double size = size_of(mean);
-  for (int k = 0; k < kAlignments; ++k) {
-    Points sum = Points::Zero(3, mean.cols());
-    for (const RegisteredCase* one : cases) sum += fit_similarity(one->points, mean)(one->points);
-    mean = sum.colwise() - sum.rowwise().mean();
-    mean *= size / size_of(mean);
-  }
-  double log_scale = 0;
-  Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
-  for (const RegisteredCase* one : cases) {
-    const Similarity pose = fit_similarity(mean, one->points);
-    log_scale += std::log(pose.scale) / static_cast<double>(cases.size());
-    rotations += pose.rotation;
-  }
-  // The rotation nearest to the mean of the matrices (Moakher 2002).
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotations, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d turn =
-      svd.matrixU() * Eigen::Vector3d(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant()).asDiagonal() *
-      svd.matrixV().transpose();
-  return std::exp(log_scale) * (turn * mean);
-}
-
-/// Low-rank factor F of the kernel s^2 exp(-|p - q|^2 / (2 l^2)) between points, F F^T up to a tolerance: incomplete
-/// Cholesky factorisation with pivoting (Fine and Scheinberg 2001).
-Eigen::MatrixXd kernel_factor(const Points& points, double deviation, double length) {
-  const Eigen::Index n = points.cols();
-  Eigen::VectorXd rest = Eigen::VectorXd::Constant(n, deviation * deviation);
-  std::vector<Eigen::VectorXd> columns;
-  while (static_cast<Eigen::Index>(columns.size()) < n) {
-    Eigen::Index pivot = 0;
-    const double largest = rest.maxCoeff(&pivot);
-    if (largest < kProcessTolerance * deviation * deviation) break;
-    Eigen::VectorXd column =
-        (-(points.colwise() - points.col(pivot)).colwise().squaredNorm().transpose().array() / (2 * length * length))
-            .exp() *
-        (deviation * deviation);
-    for (const Eigen::VectorXd& earlier : columns) column -= earlier[pivot] * earlier;
-    column /= std::sqrt(largest);
-    rest -= column.cwiseAbs2();
-    columns.push_back(std::move(column));
-  }
-  Eigen::MatrixXd factor(n, static_cast<Eigen::Index>(columns.size()));
-  for (Eigen::Index c = 0; c < factor.cols(); ++c) factor.col(c) = columns[c];
-  return factor;
-}
-
-ShapeModel train_shape(const SimplexMesh& mesh, const std::vector<const RegisteredCase*>& cases, int most_modes) {
-  const Points mean = mean_shape(cases);
-  const auto vertices = static_cast<int>(mean.cols()), count = static_cast<int>(cases.size());
-  const double size = size_of(mean);
-  const double deviation = kProcessDeviation * size * std::sqrt(kProcessCases / (count + kProcessCases));
-  const Eigen::MatrixXd process = kernel_factor(mean, deviation, kProcessLength * size);
-  const Eigen::Index rank = process.cols(), from_cases = count > 1 ? count : 0;
-  Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(3 * vertices, from_cases + 3 * rank);
-  for (Eigen::Index c = 0; c < from_cases; ++c) {
-    const Points aligned = fit_similarity(cases[c]->points, mean)(cases[c]->points) - mean;
-    factor.col(c) = Eigen::Map<const Eigen::VectorXd>(aligned.data(), aligned.size()) / std::sqrt(count - 1.0);
-  }
-  for (int v = 0; v < vertices; ++v)
-    for (int a = 0; a < 3; ++a) factor.row(3 * v + a).segment(from_cases + a * rank, rank) = process.row(v);
-  // Deformations that are similarities belong to the pose.
-  Eigen::MatrixXd similarities(3 * vertices, 7);
-  for (int v = 0; v < vertices; ++v) {
-    const Eigen::Vector3d p = mean.col(v);
-    similarities.block<3, 1>(3 * v, 0) = p;
-    for (int a = 0; a < 3; ++a) {
-      similarities.block<3, 1>(3 * v, 1 + a) = Eigen::Vector3d::Unit(a).cross(p);
-      similarities.block<3, 1>(3 * v, 4 + a) = Eigen::Vector3d::Unit(a);
-    }
-  }
-  const Eigen::MatrixXd basis =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(similarities).householderQ() * Eigen::MatrixXd::Identity(3 * vertices, 7);
-  factor -= basis * (basis.transpose() * factor);
-  // Principal components of factor factor^T, from the smaller matrix of products of its columns.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> components(factor.transpose() * factor);
-  const int modes = static_cast<int>(std::min<Eigen::Index>(most_modes, factor.cols()));
-  ShapeModel shape;
-  shape.mean.neighbours = mesh.neighbours;
-  for (int v = 0; v < vertices; ++v) shape.mean.positions.emplace_back(mean.col(v).cast<float>());
-  shape.modes = (factor * components.eigenvectors().rightCols(modes).rowwise().reverse()).cast<float>();
-  std::vector<double> scales, radii;
-  std::vector<Eigen::Vector3d> rotations, from_seed, from_centre;
-  for (const RegisteredCase* one : cases) {
-    const Similarity pose = fit_similarity(mean, one->points);
-    const VolumeGeometry& grid = one->data->image.geometry();
-    scales.push_back(std::log(pose.scale));
-    rotations.push_back(rotation_vector(pose.rotation));
-    from_seed.push_back(pose.shift_mm - one->seed_mm);
-    from_centre.push_back(pose.shift_mm - grid.centre_mm());
-    radii.push_back(std::log(one->radius_mm) - scales.back());
-    shape.pose.extent_mm += extent_mm(grid) / count;
-  }
-  shape.pose.log_scale = normal_of(scales, kScaleDeviation);
-  shape.pose.rotation = normal_of(rotations, kRotationDeviation);
-  shape.pose.from_seed = normal_of(from_seed, kPlaceDeviation * size);
-  shape.pose.from_centre = normal_of(from_centre, kPlaceDeviation * size);
-  shape.pose.log_radius = normal_of(radii, kRadiusDeviation);
-  return shape;
-}
-
-/// Profiles of all vertices, V x kSamples.
-Eigen::MatrixXd profiles_at(const ProfileImage& image, const std::vector<std::array<int, 3>>& neighbours,
-                            const Points& points, double step_mm, double shift) {
-  const Points normals = normals_of(neighbours, points);
-  Eigen::MatrixXd profiles(points.cols(), ProfileModel::kSamples);
-  for (Eigen::Index v = 0; v < points.cols(); ++v)
-    for (int s = 0; s < ProfileModel::kSamples; ++s)
-      profiles(v, s) = image.sample(points.col(v) + (s - ProfileModel::kHalf + shift) * step_mm * normals.col(v));
+/// Profiles of a case as TrainedCase::profiles. `size`: of the mean shape.
+std::vector<float> profiles_of(const RegisteredCase& one, const std::vector<std::array<int, 3>>& neighbours,
+                               const ProfileModel& sampling, double size, const RunJobs& run) {
+  const ProfileImage image(one.data->image, one.seed_mm, kProfileImageRadius * size, sampling, run);
+  const Points normals = normals_of(neighbours, one.points);
+  constexpr int kMiddle = ProfileModel::kHalf + TrainedCase::kMargin;
+  std::vector<float> profiles;
+  profiles.reserve(static_cast<std::size_t>(one.points.cols()) * TrainedCase::kStored);
+  for (Eigen::Index v = 0; v < one.points.cols(); ++v)
+    for (int s = 0; s < TrainedCase::kStored; ++s)
+      profiles.push_back(image.sample(one.points.col(v) + (s - kMiddle) * sampling.step_mm * normals.col(v)));
   return profiles;
 }
 
-ProfileModel train_profiles(const ShapeModel& shape, const std::vector<const RegisteredCase*>& cases,
-                            IntensityScale scale, const RunJobs& run) {
-  constexpr int kSamples = ProfileModel::kSamples;
-  using Covariance = Eigen::Matrix<double, kSamples, kSamples>;
-  const auto vertices = static_cast<std::size_t>(shape.vertex_count());
-  const double size = size_of(shape);
-  ProfileModel model;
-  model.scale = scale;
-  model.step_mm = size / kSamplesPerSize;
-  model.surroundings_mm = kSurroundings * size;
+/// Sampling of profiles for a mean shape.
+ProfileModel sampling_for(double size, const std::vector<const RegisteredCase*>& cases, IntensityScale scale) {
+  ProfileModel sampling;
+  sampling.scale = scale;
+  sampling.step_mm = size / kSamplesPerSize;
+  sampling.surroundings_mm = kSurroundings * size;
   const auto count = static_cast<int>(cases.size());
-  for (const RegisteredCase* one : cases) model.cell_mm += one->data->image.geometry().spacing_mm.minCoeff() / count;
-  std::vector<Eigen::MatrixXd> profiles, shifted;
-  for (const RegisteredCase* one : cases) {
-    const ProfileImage image(one->data->image, one->seed_mm, kProfileImageRadius * size, model, run);
-    profiles.push_back(profiles_at(image, shape.mean.neighbours, one->points, model.step_mm, 0));
-    if (count < kFewCases)
-      for (const double shift : {-1.0, 1.0})
-        shifted.push_back(profiles_at(image, shape.mean.neighbours, one->points, model.step_mm, shift));
-  }
-  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(profiles[0].rows(), kSamples);
-  for (const Eigen::MatrixXd& one : profiles) mean += one / count;
-  std::vector<Covariance> covariances(vertices, Covariance::Zero());
-  for (std::size_t v = 0; v < vertices; ++v) {
-    for (int c = 0; c < count; ++c) {
-      const Eigen::RowVectorXd d = profiles[c].row(v) - mean.row(v);
-      covariances[v] += d.transpose() * d / std::max(count - 1, 1);
-    }
-    for (std::size_t s = 0; s < shifted.size(); ++s) {
-      const Eigen::RowVectorXd d = shifted[s].row(v) - profiles[s / 2].row(v);
-      covariances[v] += d.transpose() * d / static_cast<double>(shifted.size());
-    }
-  }
-  for (int k = 0; k < kCovarianceSmoothings; ++k) {
-    const std::vector<Covariance> old = covariances;
-    for (std::size_t v = 0; v < vertices; ++v) {
-      for (const int u : shape.mean.neighbours[v]) covariances[v] += old[u];
-      covariances[v] /= 4;
-    }
-  }
-  Covariance shared = Covariance::Zero();
-  for (const Covariance& one : covariances) shared += one / static_cast<double>(vertices);
-  const double least = std::max(kLeastVariance * shared.trace() / kSamples, 1e-12);
-  model.mean.reserve(vertices * kSamples);
-  model.whitening.reserve(vertices * ProfileModel::kWhitening);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    for (int s = 0; s < kSamples; ++s) model.mean.push_back(static_cast<float>(mean(v, s)));
-    Covariance covariance = (1 - kSharedCovariance) * covariances[v] + kSharedCovariance * shared;
-    covariance.diagonal().array() += least;
-    const Covariance whitening =
-        Covariance(covariance.llt().matrixL()).triangularView<Eigen::Lower>().solve(Covariance::Identity());
-    for (int i = 0; i < kSamples; ++i)
-      for (int j = 0; j <= i; ++j) model.whitening.push_back(static_cast<float>(whitening(i, j)));
-  }
-  return model;
+  for (const RegisteredCase* one : cases) sampling.cell_mm += one->data->image.geometry().spacing_mm.minCoeff() / count;
+  return sampling;
 }
 
+/// Model of these cases, with their data and without its error.
 OrganModel train_on(const SimplexMesh& mesh, const std::vector<const RegisteredCase*>& cases,
                     const TrainingSettings& settings, const RunJobs& run) {
   OrganModel model;
-  model.shape = train_shape(mesh, cases, settings.modes);
-  model.profiles = train_profiles(model.shape, cases, settings.scale, run);
+  for (const RegisteredCase* one : cases) model.cases.push_back(trained_case(*one));
+  std::vector<const TrainedCase*> shapes;
+  for (const TrainedCase& one : model.cases) shapes.push_back(&one);
+  model.shape = train_shape(mesh.neighbours, shapes, settings.modes);
+  const double size = size_of(model.shape);
+  const ProfileModel sampling = sampling_for(size, cases, settings.scale);
+  std::vector<const std::vector<float>*> profiles;
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    model.cases[c].profiles = profiles_of(*cases[c], mesh.neighbours, sampling, size, run);
+    profiles.push_back(&model.cases[c].profiles);
+  }
+  model.profiles = train_profiles(sampling, mesh.neighbours, profiles);
   return model;
 }
 
-/// Fits models to cases that they have not seen.
+/// Root mean square normal distance of the instance of a model for the seed of a case from the surface of the case, mm.
+double error_on(const OrganModel& model, const RegisteredCase& one, const RunJobs& run) {
+  ModelFitter fitter(model, one.data->image, run);
+  const Mark seed{MarkKind::Inside, one.seed_mm, one.radius_mm};
+  const ModelFit fit = fitter.fit({&seed, 1});
+  const Points normals = normals_of(model.shape.mean.neighbours, fit.points);
+  return std::sqrt(normals.cwiseProduct(one.points - fit.points).colwise().sum().squaredNorm() /
+                   static_cast<double>(fit.points.cols()));
+}
+
+/// Error of a model from those of its cases: their mean square, weighted with the number of cases of the model that had
+/// not seen them.
+double error_of(const OrganModel& model) {
+  double squares = 0, weights = 0;
+  for (const TrainedCase& one : model.cases) {
+    squares += one.error_cases * one.error_mm * one.error_mm;
+    weights += one.error_cases;
+  }
+  return weights > 0 ? std::sqrt(squares / weights) : kUnknownError * size_of(model.shape);
+}
+
+/// Errors of models on cases that they have not seen.
 void cross_validate(const RegisteredCases& registered, const TrainingSettings& settings, const RunJobs& run,
                     OrganModel& model) {
   const auto count = static_cast<int>(registered.cases.size());
-  model.surface_error_mm = kUnknownError * size_of(model.shape);
   if (count < 2) return;
   const int folds = std::min(kFolds, count);
-  double squares = 0;
-  std::size_t vertices = 0;
   for (int fold = 0; fold < folds; ++fold) {
     std::vector<const RegisteredCase*> others;
     for (int c = 0; c < count; ++c)
       if (c % folds != fold) others.push_back(&registered.cases[c]);
     const OrganModel without = train_on(registered.mesh, others, settings, run);
     for (int c = fold; c < count; c += folds) {
-      const RegisteredCase& one = registered.cases[c];
-      ModelFitter fitter(without, one.data->image, run);
-      const Mark seed{MarkKind::Inside, one.seed_mm, one.radius_mm};
-      const ModelFit fit = fitter.fit({&seed, 1});
-      const Points normals = normals_of(registered.mesh.neighbours, fit.points);
-      for (Eigen::Index v = 0; v < fit.points.cols(); ++v)
-        squares += std::pow(normals.col(v).dot(one.points.col(v) - fit.points.col(v)), 2);
-      vertices += fit.points.cols();
+      model.cases[c].error_mm = error_on(without, registered.cases[c], run);
+      model.cases[c].error_cases = static_cast<int>(others.size());
     }
   }
-  model.surface_error_mm = std::sqrt(squares / static_cast<double>(vertices));
+}
+
+/// Errors of models of 1, 2, 4, ... cases on some of the others. Both are spread evenly over the table.
+std::vector<UnseenError> measure_curve(const RegisteredCases& registered, const TrainingSettings& settings,
+                                       const RunJobs& run) {
+  const auto count = static_cast<int>(registered.cases.size());
+  std::vector<UnseenError> curve;
+  for (int cases = 1; 2 * cases <= count; cases *= 2) {
+    std::vector<const RegisteredCase*> seen, unseen;
+    for (int c = 0; c < count; ++c) {
+      const bool is_seen = (c + 1) * cases / count > c * cases / count;
+      (is_seen ? seen : unseen).push_back(&registered.cases[c]);
+    }
+    const OrganModel model = train_on(registered.mesh, seen, settings, run);
+    const int tests = std::min(kCurveTests, static_cast<int>(unseen.size()));
+    for (int t = 0; t < tests; ++t) curve.push_back({cases, error_on(model, *unseen[unseen.size() * t / tests], run)});
+  }
+  return curve;
 }
 
 /// Largest part of a mask that is smoothed by a Gaussian, without cavities.
@@ -328,35 +198,43 @@ double mean_distance(const Points& from, const Points& to) {
   return sum / static_cast<double>(from.cols());
 }
 
+/// Registers a template to a case, whose object must not be empty.
+RegisteredCase register_case(const SimplexMesh& mesh, const ModelCase& data) {
+  const Mask object = largest_part(data.object);
+  const SimplexMesh surface = mesh_of_mask(object, kSurfaceDensity * mesh.vertex_count());
+  const auto deepest = deepest_voxel(object);
+  RegisteredCase one;
+  one.data = &data;
+  one.points = register_template(mesh, surface);
+  const auto [i, j, k] = deepest->voxel;
+  one.seed_mm = object.geometry.world_from_index() * Eigen::Vector3d(i, j, k);
+  one.radius_mm = deepest->depth_mm;
+  one.folded = folded_vertices(mesh_at(mesh, one.points));
+  const Points there = points_of(surface);
+  one.distance_mm = 0.5 * (mean_distance(one.points, there) + mean_distance(there, one.points));
+  return one;
+}
+
+/// Number of voxels of the object of a case. Throws Error for none.
+double voxels_of(const ModelCase& one) {
+  const auto voxels = std::ranges::count(one.object.voxels, std::uint8_t{1});
+  if (voxels == 0) throw Error(one.name, "its object is empty", "check the label and the mask");
+  return static_cast<double>(voxels);
+}
+
 }  // namespace
 
 RegisteredCases register_cases(const std::vector<ModelCase>& cases, const TrainingSettings& settings,
                                const RunJobs& run) {
   if (cases.empty()) throw Error("the table of cases", "has no case", "add a case");
   std::vector<std::pair<double, std::size_t>> volumes;
-  for (std::size_t c = 0; c < cases.size(); ++c) {
-    const auto voxels = std::ranges::count(cases[c].object.voxels, std::uint8_t{1});
-    if (voxels == 0) throw Error(cases[c].name, "its object is empty", "check the label and the mask");
-    volumes.emplace_back(static_cast<double>(voxels) * cases[c].object.geometry.spacing_mm.prod(), c);
-  }
+  for (std::size_t c = 0; c < cases.size(); ++c)
+    volumes.emplace_back(voxels_of(cases[c]) * cases[c].object.geometry.spacing_mm.prod(), c);
   std::ranges::sort(volumes);
   RegisteredCases result;
   result.mesh = template_of(largest_part(cases[volumes[volumes.size() / 2].second].object), settings.vertices);
   result.cases.resize(cases.size());
-  run(static_cast<int>(cases.size()), [&](int c) {
-    const Mask object = largest_part(cases[c].object);
-    const SimplexMesh surface = mesh_of_mask(object, kSurfaceDensity * result.mesh.vertex_count());
-    const auto deepest = deepest_voxel(object);
-    RegisteredCase& one = result.cases[c];
-    one.data = &cases[c];
-    one.points = register_template(result.mesh, surface);
-    const auto [i, j, k] = deepest->voxel;
-    one.seed_mm = object.geometry.world_from_index() * Eigen::Vector3d(i, j, k);
-    one.radius_mm = deepest->depth_mm;
-    one.folded = folded_vertices(mesh_at(result.mesh, one.points));
-    const Points there = points_of(surface);
-    one.distance_mm = 0.5 * (mean_distance(one.points, there) + mean_distance(there, one.points));
-  });
+  run(static_cast<int>(cases.size()), [&](int c) { result.cases[c] = register_case(result.mesh, cases[c]); });
   return result;
 }
 
@@ -365,8 +243,39 @@ OrganModel train_model(const RegisteredCases& registered, const TrainingSettings
   for (const RegisteredCase& one : registered.cases) all.push_back(&one);
   OrganModel model = train_on(registered.mesh, all, settings, run);
   cross_validate(registered, settings, run, model);
-  for (const RegisteredCase& one : registered.cases) model.sources.push_back(one.data->source);
+  model.surface_error_mm = error_of(model);
+  if (settings.measure_curve) model.curve = measure_curve(registered, settings, run);
   return model;
+}
+
+bool can_grow(const OrganModel& model) {
+  return !model.cases.empty() && std::ranges::none_of(model.cases, [](const TrainedCase& one) {
+    return one.points.cols() == 0 || one.profiles.empty();
+  });
+}
+
+AddedCase add_case(const OrganModel& model, const ModelCase& added, int most_modes, const RunJobs& run) {
+  if (!can_grow(model))
+    throw Error("the model", "it does not contain the shapes of its cases", "train it again from its table of cases");
+  voxels_of(added);
+  AddedCase result;
+  result.registered = register_case(model.shape.mean, added);
+  const RegisteredCase& one = result.registered;
+  OrganModel& larger = result.model;
+  larger = model;
+  TrainedCase& data = larger.cases.emplace_back(trained_case(one));
+  data.error_mm = error_on(model, one, run);
+  data.error_cases = static_cast<int>(model.cases.size());
+  std::vector<const TrainedCase*> shapes;
+  for (const TrainedCase& each : larger.cases) shapes.push_back(&each);
+  const std::vector<std::array<int, 3>>& neighbours = model.shape.mean.neighbours;
+  larger.shape = train_shape(neighbours, shapes, most_modes);
+  data.profiles = profiles_of(one, neighbours, model.profiles, size_of(larger.shape), run);
+  std::vector<const std::vector<float>*> profiles;
+  for (const TrainedCase& each : larger.cases) profiles.push_back(&each.profiles);
+  larger.profiles = train_profiles(model.profiles, neighbours, profiles);
+  larger.surface_error_mm = error_of(larger);
+  return result;
 }
 
 }  // namespace simplexseg

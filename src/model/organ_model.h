@@ -64,22 +64,54 @@ struct ProfileModel {
   std::vector<float> whitening;
 };
 
+/// Case that a model was trained on. No image.
+struct TrainedCase {
+  static constexpr int kMargin = 1;  ///< samples of a profile beyond those of ProfileModel, on each side
+  static constexpr int kStored = ProfileModel::kSamples + 2 * kMargin;
+
+  /// Checksums of the voxels of image and labels.
+  struct Source {
+    std::string image, labels;
+  };
+  Source source;
+  Eigen::Matrix3Xd points;             ///< vertices of the registered template, mm; empty: not stored
+  std::vector<float> profiles;         ///< V x kStored, sampled as those of the model
+  Eigen::Vector3d seed_mm{0, 0, 0};    ///< deepest place of the organ
+  double radius_mm = 0;                ///< its depth
+  Eigen::Vector3d centre_mm{0, 0, 0};  ///< of the volume
+  Eigen::Vector3d extent_mm{0, 0, 0};  ///< of the volume, as PosePrior::extent_mm
+  double error_mm = 0;                 ///< error of the instance of a model that had not seen the case
+  int error_cases = 0;                 ///< number of cases of that model; 0: there was none
+};
+
+/// Error of a model on a case that it had not seen.
+struct UnseenError {
+  int cases = 0;        ///< number of cases of the model
+  double error_mm = 0;  ///< as TrainedCase::error_mm
+};
+
 /// Statistics of the organ of one label in training cases.
 struct OrganModel {
   std::string name;
   std::string modality;  ///< for example "CT"; "": not given
   ShapeModel shape;
   ProfileModel profiles;
-  double surface_error_mm = 0;  ///< root mean square normal distance of fitted from correct surfaces
-  /// Training cases: SHA-256 of image and labels.
-  struct Source {
-    std::string image, labels;
-  };
-  std::vector<Source> sources;
+  double surface_error_mm = 0;     ///< root mean square normal distance of fitted from correct surfaces
+  std::vector<TrainedCase> cases;  ///< in the order of training
+  /// Further errors of models of fewer cases on unseen cases (TrainingSettings::measure_curve); see learning_curve().
+  std::vector<UnseenError> curve;
 };
 
 /// Extents of a volume along the axes of the patient, mm, as in PosePrior::extent_mm.
 Eigen::Vector3d extent_mm(const VolumeGeometry& volume);
+
+/// Whether a volume has an extent similar to those of the training, so that PosePrior::from_centre holds.
+bool has_similar_extent(const PosePrior& pose, const VolumeGeometry& volume);
+
+/// Mean shape deformed by all modes, one point per column, mm. `coefficients`: of each mode, deviations.
+Eigen::Matrix3Xd shape_of(const ShapeModel& shape, const Eigen::VectorXd& coefficients);
+/// Variance of each mode, summed over all coordinates, mm^2.
+Eigen::VectorXd mode_variances(const ShapeModel& shape);
 
 /// Root mean square distance of centred points, one per column, from the centre, mm: the size of a shape.
 double size_of(const Eigen::Matrix3Xd& centred);

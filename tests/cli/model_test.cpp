@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training of models, and their use by segment and clicks.
+#include <algorithm>
+#include <filesystem>
+
 #include "cli_fixture.h"
+#include "core/error.h"
+#include "io/platform/data_path.h"
 
 namespace simplexseg {
 namespace {
@@ -65,6 +70,67 @@ TEST_F(Models, AreUsedBySegmentAndStayInItsScene) {
   EXPECT_EQ(call({"run", path("out.json"), "--steps", "1", "--labels", path("again.nii.gz")}).status, 0);
 }
 
+TEST_F(Models, AreShownInPicturesWithTheirErrorsForFewerCases) {
+  ASSERT_EQ(train({"--curve"}).status, 0);
+  EXPECT_EQ(succeed({"model", "show", path("ball.model")}).out.find("needed"), std::string::npos)
+      << "one or two numbers of cases are too few";
+  succeed({"model", "train", path("table.csv"), path("larger.model"), "--add", path("ball.model")});
+  const Outcome shown = succeed({"model", "show", path("larger.model"), "--pictures", path("pictures")});
+  EXPECT_NE(shown.out.find("\nneeded     "), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("\nlimit      "), std::string::npos) << shown.out;
+  for (const char* name : {"mode_1.png", "mode_5.png", "variance.png", "error.png"})
+    EXPECT_GT(text_of(std::string("pictures/") + name).size(), 1000u) << name;
+  EXPECT_FALSE(exists("pictures/mode_6.png"));
+  EXPECT_NE(text_of("pictures/mode_1.png"), text_of("pictures/mode_2.png"));
+}
+
+TEST_F(Models, GrowByCasesOfAnotherTable) {
+  write("first.csv", "image,labels,name\nimage1.nii.gz,truth1.nii.gz,case 1\n");
+  write("others.csv", "image,labels,name\nimage2.nii.gz,truth2.nii.gz,case 2\nimage3.nii.gz,truth3.nii.gz,case 3\n");
+  succeed({"model", "train", path("first.csv"), path("first.model"), "--vertices", "200", "--name", "ball"});
+  const auto add = [&](const char* out, const char* threads) {
+    const Outcome added = succeed({"model", "train", path("others.csv"), path(out), "--add", path("first.model"),
+                                   "--json", "--threads", threads});
+    return nlohmann::json::parse(added.out);
+  };
+  const nlohmann::json report = add("a.model", "1");
+  EXPECT_EQ(report["cases"], 3);
+  EXPECT_EQ(report["trained"][0]["name"], "case 2");
+  EXPECT_EQ(report["trained"][0]["error_cases"], 1);
+  EXPECT_GT(report["trained"][1]["error_mm"], 0);
+  EXPECT_EQ(report["checksum"], add("b.model", "2")["checksum"]);
+  EXPECT_EQ(text_of("a.model"), text_of("b.model"));
+  const Outcome shown = succeed({"model", "show", path("a.model")});
+  EXPECT_NE(shown.out.find("name       ball\n"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("cases      3\n"), std::string::npos) << shown.out;
+  EXPECT_EQ(call({"model", "train", path("others.csv"), path("x.model"), "--add", path("none.model")}).status, 2);
+  EXPECT_EQ(
+      call({"model", "train", path("others.csv"), path("x.model"), "--add", path("first.model"), "--vertices", "9"})
+          .status,
+      2);
+}
+
+TEST_F(Models, StartASegmentationWithoutASeedOrRefuseTheImage) {
+  ASSERT_EQ(train().status, 0);
+  succeed({"segment", path("image4.nii.gz"), path("out.nii.gz"), "--model", path("ball.model"), "--save",
+           path("out.json")});
+  const Outcome compared = succeed({"compare", path("truth4.nii.gz"), path("out.nii.gz"), "--csv"});
+  EXPECT_NE(compared.out.find("\ndice,0.9"), std::string::npos) << compared.out;
+  EXPECT_GT(json_of("out.json")["meshes"][0]["sphere"]["radius_mm"].get<double>(), 3);
+  // An image of noise alone.
+  succeed({"phantom", "sphere", path("noise.nii.gz"), "--size", "32", "--noise", "40", "--contrast", "0"});
+  for (const Arguments& more : {Arguments{}, Arguments{"--plan"}}) {
+    Arguments arguments{"segment", path("noise.nii.gz"), path("no.nii.gz"), "--model", path("ball.model")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome refused = call(arguments);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+    EXPECT_NE(refused.err.find(more.empty() ? "does not recognise" : "--plan"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("--seed"), std::string::npos) << refused.err;
+    EXPECT_FALSE(exists("no.nii.gz"));
+  }
+}
+
 TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
   const auto fails = [&](const Arguments& arguments, const std::string& why) {
     const Outcome outcome = call(arguments);
@@ -85,6 +151,28 @@ TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
   fails({"segment", path("image4.nii.gz"), path("o.nii.gz"), "--seed", "0,0,0", "--model", path("a"), "--model",
          path("b")},
         "2 models");
+}
+
+TEST_F(Models, FindAnUnseenHippocampusWithoutASeedAndNothingInACt) {
+  std::filesystem::path images, ct;
+  try {
+    const std::filesystem::path data = std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data";
+    images = find_data("hippocampus/images", data), ct = find_data("ct_abdomen/ct.nii.gz", data);
+  } catch (const Error&) {
+    GTEST_SKIP() << "no hippocampi on this machine";
+  }
+  std::vector<std::string> files;
+  for (const auto& file : std::filesystem::directory_iterator(images)) files.push_back(file.path().filename().string());
+  std::ranges::sort(files);
+  const auto labels = [&](std::size_t k) { return (images.parent_path() / "labels" / files[k]).string(); };
+  std::string table = "image,labels\n";
+  for (std::size_t k = 0; k < 8; ++k) table += (images / files[k]).string() + "," + labels(k) + "\n";
+  write("hippocampi.csv", table);
+  succeed({"model", "train", path("hippocampi.csv"), path("h.model")});
+  succeed({"segment", (images / files.back()).string(), path("out.nii.gz"), "--model", path("h.model"), "--reference",
+           labels(files.size() - 1), "--report", path("report.json")});
+  EXPECT_GT(json_of("report.json")["meshes"][0]["dice"].get<double>(), 0.8);
+  EXPECT_EQ(call({"segment", ct.string(), path("no.nii.gz"), "--model", path("h.model")}).status, 2);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "gui/window/model_menu.h"
 
 #include <QAction>
+#include <QLabel>
 #include <fstream>
 
 #include "io/model/model_file.h"
@@ -40,8 +41,14 @@ TEST_F(ModelMenuTest, SetsAndRemovesTheModelAsActions) {
   ASSERT_TRUE(item().model);
   EXPECT_EQ(item().model->checksum, checksum_);
   EXPECT_TRUE(entry("choose_model").text().contains("sphere.model")) << entry("choose_model").text().toStdString();
+  const QLabel& card = *window_->findChild<QLabel*>("card_model");
+  EXPECT_TRUE(card.isVisible());
+  EXPECT_TRUE(card.text().contains("sphere.model")) << card.text().toStdString();
+  EXPECT_TRUE(card.toolTip().contains("1 case")) << card.toolTip().toStdString();
+  if (const char* folder = std::getenv("SIMPLEXSEG_PICTURES")) window_->grab().save(QString(folder) + "/card.png");
   entry("remove_model").trigger();
   EXPECT_FALSE(item().model);
+  EXPECT_FALSE(card.isVisible());
   press(Act::Undo);
   EXPECT_TRUE(item().model);
   press(Act::Undo);

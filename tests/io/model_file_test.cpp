@@ -32,7 +32,14 @@ ModelFile any_model() {
   organ.profiles.mean.assign(static_cast<std::size_t>(vertices) * ProfileModel::kSamples, 0.25f);
   organ.profiles.whitening.assign(static_cast<std::size_t>(vertices) * ProfileModel::kWhitening, 1.5f);
   organ.surface_error_mm = 1.25;
-  organ.sources = {{"crc32-1", "crc32-2"}, {"crc32-3", "crc32-4"}};
+  TrainedCase& first = organ.cases.emplace_back();
+  first.source = {"crc32-1", "crc32-2"};
+  first.points = Eigen::Matrix3Xd::Random(3, vertices);
+  first.profiles.assign(static_cast<std::size_t>(vertices) * TrainedCase::kStored, 0.5f);
+  first.seed_mm = {1, 2, 3}, first.radius_mm = 4, first.centre_mm = {5, 6, 7}, first.extent_mm = {8, 9, 10};
+  first.error_mm = 0.75, first.error_cases = 3;
+  organ.curve = {{1, 2.5}, {4, 1.5}};
+  organ.cases.emplace_back().source = {"crc32-3", "crc32-4"};  // as of a file without shapes
   return {{organ}, ""};
 }
 
@@ -52,7 +59,17 @@ TEST_F(ModelFiles, AreReadAsTheyWereWritten) {
   EXPECT_EQ(a.shape.pose.from_centre.deviation, b.shape.pose.from_centre.deviation);
   EXPECT_EQ(a.profiles.whitening, b.profiles.whitening);
   EXPECT_EQ(b.profiles.scale, IntensityScale::Hounsfield);
-  EXPECT_EQ(b.sources[1].labels, "crc32-4");
+  ASSERT_EQ(b.cases.size(), 2u);
+  EXPECT_EQ(a.cases[0].points, b.cases[0].points);
+  EXPECT_EQ(a.cases[0].profiles, b.cases[0].profiles);
+  EXPECT_EQ(a.cases[0].extent_mm, b.cases[0].extent_mm);
+  EXPECT_EQ(b.cases[0].error_mm, 0.75);
+  EXPECT_EQ(b.cases[0].error_cases, 3);
+  ASSERT_EQ(b.curve.size(), 2u);
+  EXPECT_EQ(b.curve[1].cases, 4);
+  EXPECT_EQ(b.curve[1].error_mm, 1.5);
+  EXPECT_EQ(b.cases[1].source.labels, "crc32-4");
+  EXPECT_EQ(b.cases[1].points.cols(), 0);
 }
 
 TEST_F(ModelFiles, ThatAreDamagedAreRefusedInOneLine) {
@@ -112,7 +129,7 @@ TEST_F(ModelFiles, AreStoredInScenesAndLogsByPathAndChecksum) {
   const LogFile log = read_log(folder / "log.json");
   EXPECT_EQ(std::get<SetModel>(log.log[0].command).model->checksum, model.checksum);
   EXPECT_EQ(std::get<SetModel>(log.log[1].command).model, nullptr);
-  EXPECT_EQ(std::get<AddMesh>(log.log[2].command).model->organ->sources.size(), 2u);
+  EXPECT_EQ(std::get<AddMesh>(log.log[2].command).model->organ->cases.size(), 2u);
 
   model.organs[0].name = "another";
   write_model(folder / "kidney.model", model);

@@ -12,6 +12,7 @@
 #include "mesh/mesh_geometry.h"
 #include "model/model_fit.h"
 #include "model/model_prior.h"
+#include "model/model_start.h"
 #include "model/template_registration.h"
 #include "organ_family.h"
 
@@ -147,6 +148,17 @@ TEST(Model, WithoutAPromptStartsAtItsPlaceInTheVolume) {
   const ModelCase organ = make_organ(205);
   const ModelFit fit = ModelFitter(model, organ.image, run_serially()).fit({});
   EXPECT_GT(dice(mask_at(model, fit.points, organ.object.geometry), organ.object), 0.9);
+}
+
+TEST(Model, FindsTheSeedOfAnUnmarkedOrganAndNothingInAnotherImage) {
+  const OrganModel& model = model_of_organs();
+  const ModelCase organ = make_organ(206), dark = make_organ(206, {.inside = 70});
+  const std::optional<Mark> seed = find_organ(model, organ.image, run_serially());
+  ASSERT_TRUE(seed);
+  const Mark truth = seed_in(organ.object);
+  EXPECT_LT((seed->position_mm - truth.position_mm).norm(), 0.5 * truth.radius_mm);
+  EXPECT_NEAR(seed->radius_mm, truth.radius_mm, 0.2 * truth.radius_mm);
+  EXPECT_FALSE(find_organ(model, dark.image, run_serially()));
 }
 
 TEST(Model, ExplainsTheCasesInOrderOfVariance) {

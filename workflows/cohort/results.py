@@ -41,6 +41,7 @@ class Mesh:
     vertices: int
     values: dict[str, float]
     notes: list[str]
+    model: str = ""  # checksum of the model of its organ; "": none
 
 
 @dataclass
@@ -124,7 +125,7 @@ def read_mesh(report: dict[str, Any]) -> Mesh:
         notes.append(f"the segmentation is probably wrong (expected Dice {report['expected_dice']:.2f})")
     if report["volume_mm3"] <= 0:
         notes.append("the segmentation is empty")
-    return Mesh(report["name"], report["vertices"], values, notes)
+    return Mesh(report["name"], report["vertices"], values, notes, report.get("model", ""))
 
 
 def robust_scale(values: list[float]) -> tuple[float, float]:
@@ -172,12 +173,12 @@ def write_summary(path: Path, results: list[Result]) -> None:
     keys = [measure.key for measure in MEASURES]
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["name", "state", "mesh", "vertices", *keys, "steps", "seconds", "at_rest", "warnings", "why"])
+        writer.writerow(["name", "state", "mesh", "vertices", *keys, "steps", "seconds", "at_rest", "warnings", "model", "why"])
         for result in results:
             why = result.failure or "; ".join(result.reasons)
             if result.failure:
-                writer.writerow([result.name, "failed", "", "", *("" for _ in keys), "", "", "", "", why])
+                writer.writerow([result.name, "failed", "", "", *("" for _ in keys), "", "", "", "", "", why])
             for mesh in result.meshes:
                 figures = [f"{mesh.values[key]:.6g}" if key in mesh.values else "" for key in keys]
                 writer.writerow([result.name, "done", mesh.name, mesh.vertices, *figures, result.steps,
-                                 f"{result.seconds:.3f}", int(result.at_rest), len(result.warnings), why])
+                                 f"{result.seconds:.3f}", int(result.at_rest), len(result.warnings), mesh.model, why])

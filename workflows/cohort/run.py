@@ -17,6 +17,7 @@ from typing import Any
 
 import yaml
 
+from cohort.learn import Learner, NotLearned, model_checksum
 from cohort.page import write_page
 from cohort.results import find_outliers, is_done, read_result, write_summary
 from cohort.table import BadInput, Case, Table
@@ -116,11 +117,11 @@ def make_cohort(options: argparse.Namespace, cases: list[Case], settings: dict[s
     return {"cases": entries, "threads": settings["threads"], "gpu": int(options.profile == "gpu"), "most_mb": max_mb}
 
 
-def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> list[str]:
-    """Returns the command line of Snakemake."""
+def snakemake_command(options: argparse.Namespace, settings: dict[str, Any], case: str = "") -> list[str]:
+    """Returns the command line of Snakemake. `case`: name of the only case to run; "": all."""
     engine = {"local": f"--backend cpu --threads {settings['threads']}", "gpu": "--backend cuda",
               "slurm": f"--backend {options.backend}" + (f" --threads {settings['threads']}" * (options.backend == "cpu"))}
-    command = ["snakemake", "--snakefile", str(WORKFLOWS / "Snakefile"), "--directory", str(options.out),
+    command = ["snakemake", *([f"cases/{case}/status"] if case else []), "--snakefile", str(WORKFLOWS / "Snakefile"), "--directory", str(options.out),
                "--profile", str(WORKFLOWS / "profiles" / options.profile), "--retries", str(settings["retries"]),
                "--config", f"cli={options.program}", f"engine={engine[options.profile]}"]
     extra: list[str] = options.snakemake
@@ -154,6 +155,36 @@ def run_snakemake(command: list[str], log: Path, total: int) -> str:
     return line.strip()
 
 
+def write_cohort(options: argparse.Namespace, cohort: dict[str, Any]) -> None:
+    """Writes the input of the Snakefile."""
+    (options.out / "cohort.json").write_text(json.dumps(cohort, indent=1) + "\n")
+
+
+def run_learning(options: argparse.Namespace, cases: list[Case], cohort: dict[str, Any],
+                 settings: dict[str, Any]) -> tuple[str, dict[str, str]]:
+    """Runs the cases in the order of the table, each with the model of the accepted cases before it. Returns the last line of
+    Snakemake, and the reasons why accepted cases were not learned."""
+    learner = Learner(options.program, options.out, options.learn, options.model, settings["mesh"])
+    last = ""
+    not_learned: dict[str, str] = {}
+    for case, entry in zip(cases, cohort["cases"]):
+        model = learner.model_for(case.name)
+        if model:
+            entry["arguments"] = entry["arguments"] + ["--model", str(model)]
+            entry["inputs"] = entry["inputs"] + [str(model)]
+        write_cohort(options, cohort)
+        last = run_snakemake(snakemake_command(options, settings, case.name), options.out / "logs" / "snakemake.log", len(cases))
+        folder = options.out / "cases" / case.name
+        if not is_done(folder, settings["labels"]):
+            continue
+        learner.record(case.name)
+        try:
+            learner.learn(case, folder)
+        except NotLearned as error:
+            not_learned[case.name] = str(error)
+    return last, not_learned
+
+
 def parse(arguments: list[str]) -> argparse.Namespace:
     """Parses the command line."""
     parser = argparse.ArgumentParser(prog="scripts/cohort", description="Segments the volumes of a table and writes one page with the results.",
@@ -163,6 +194,10 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--profile", choices=("local", "gpu", "slurm"), default="local",
                         help="cores of this machine, its GPU, or a Slurm cluster (default: local)")
     parser.add_argument("--config", type=Path, help="YAML file with settings of all cases, see workflows/config.yaml")
+    parser.add_argument("--model", type=Path, help="model of the organ (simplexseg-cli model train), for rows that name none")
+    parser.add_argument("--learn", type=Path, metavar="MODEL",
+                        help="model to write: cases run in the order of the table, and each accepted case is added to the model "
+                             "that the following ones use")
     parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)),
                         help="cores to use on this machine (default: all)")
     parser.add_argument("--gpu-processes", type=int, default=4, help="processes that share the GPU (default: 4)")
@@ -184,13 +219,16 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 def run(options: argparse.Namespace) -> int:
     """Runs the cohort. Returns the exit status: 0, or 1 if a case failed."""
     settings = read_settings(options.config)
-    cases = Table(options.table).cases(settings["scene"], settings["mesh"])
+    cases = Table(options.table, options.model, options.learn is not None).cases(settings["scene"], settings["mesh"])
+    if options.model and not options.learn:
+        model_checksum(options.program, options.model)
     logs = options.out / "logs"
     try:
         logs.mkdir(parents=True, exist_ok=True)
         lock = open(logs / "lock", "w", encoding="ascii")  # locked until the process ends
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        (options.out / "cohort.json").write_text(json.dumps(make_cohort(options, cases, settings), indent=1) + "\n")
+        cohort = make_cohort(options, cases, settings)
+        write_cohort(options, cohort)
     except BlockingIOError:
         raise BadInput(f"folder '{options.out}': another call uses it; wait for its end, or choose another folder") from None
     except OSError as error:
@@ -203,7 +241,11 @@ def run(options: argparse.Namespace) -> int:
         else:
             (folder / "status").unlink(missing_ok=True)  # failed cases run again
             (folder / "errors.log").unlink(missing_ok=True)
-    last = run_snakemake(snakemake_command(options, settings), logs / "snakemake.log", len(cases))
+    not_learned: dict[str, str] = {}
+    if options.learn:
+        last, not_learned = run_learning(options, cases, cohort, settings)
+    else:
+        last = run_snakemake(snakemake_command(options, settings), logs / "snakemake.log", len(cases))
     if len(before) < len(cases) and not any((folders[name] / "errors.log").exists()
                                            for name in folders.keys() - before.keys()):
         raise BadInput(f"Snakemake ran no case: {last}; see {logs / 'snakemake.log'}")
@@ -216,9 +258,11 @@ def run(options: argparse.Namespace) -> int:
                and before.get(result.name) == (result.folder / "status").stat().st_mtime_ns)
     for result in failed:
         print(f"{result.name}: {result.failure}", file=sys.stderr)
+    for name, why in not_learned.items():
+        print(f"{name}: not learned: {why}", file=sys.stderr)
     print(f"{len(results) - len(failed) - kept} done, {len(failed)} failed, {kept} skipped (done before); "
           f"page: {options.out / 'index.html'}")
-    return 1 if failed else 0
+    return 1 if failed or not_learned else 0
 
 
 def main() -> int:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
 
-COLUMNS = ("name", "image", "x", "y", "z", "radius", "labels", "scene", "reference", "reference_label", "volume")
+COLUMNS = ("name", "image", "x", "y", "z", "radius", "labels", "scene", "reference", "reference_label", "volume", "model")
 SEED = ("x", "y", "z", "radius")
 SEPARATORS = {",": "a comma", ";": "a semicolon", "\t": "a tab", "|": "a bar"}
 SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\1*', re.I)  # first line, for spreadsheet programs
@@ -31,6 +31,9 @@ class Case:
     name: str
     arguments: list[str]
     inputs: list[str] = field(default_factory=list)  # input files, on which the result depends
+    image: str = ""
+    reference: str = ""
+    reference_label: str = ""
 
 
 class Table:
@@ -40,8 +43,11 @@ class Table:
     "sep=;", a byte order mark, any line ends, and separators at the ends of lines.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, model: Path | None = None, learns: bool = False) -> None:
+        """`model`: of the organ, for rows without one; `learns`: the model is chosen when a case begins."""
         self.path = path
+        self.model = model
+        self.learns = learns
         self.separator = ","
         self.decimal_sign = ""  # of the first number that has one
 
@@ -127,7 +133,7 @@ class Table:
             why = f"'{name}' is not a valid folder name" if name else "the name is missing"
             self.fail(line, "name", why, "use letters, digits, '.', '_' and '-', at most 100, with a letter or digit first")
         image = self.file(line, "image", cell)
-        case = Case(name, ["segment", image], [image])
+        case = Case(name, ["segment", image], [image], image)
         seed = [self.number(line, column, cell) for column in SEED if cell.get(column)]
         if seed and len(seed) < len(SEED):
             missing = next(column for column in SEED if not cell.get(column))
@@ -150,20 +156,37 @@ class Table:
             case.inputs.append(labels)
         elif not scene:
             self.fail(line, "x", "the position of the object is missing", "fill in a seed (x, y, z, radius), 'labels' or a 'scene'")
+        self.add_model(line, cell, case)
         if cell.get("reference"):
-            reference = self.file(line, "reference", cell)
+            reference = case.reference = self.file(line, "reference", cell)
             case.arguments += ["--reference", reference]
             case.inputs.append(reference)
         if cell.get("reference_label"):
             if not cell.get("reference"):
                 self.fail(line, "reference_label", "the row has no reference", "add a reference, or leave the cell empty")
-            case.arguments += ["--reference-label", repr(self.number(line, "reference_label", cell))]
+            label = self.number(line, "reference_label", cell)
+            case.reference_label = f"{label:.15g}"
+            case.arguments += ["--reference-label", repr(label)]
         if cell.get("volume"):
+            if self.learns:
+                self.fail(line, "volume", "--learn reads files of one volume", "extract the volume into a file of its own")
             number = self.number(line, "volume", cell)
             if number != int(number) or number < 1:
                 self.fail(line, "volume", f"{number:g} is not the number of a volume", "use 1 for the first volume of a 4D file")
             case.arguments += ["--volume", str(int(number))]
         return case
+
+    def add_model(self, line: int, cell: dict[str, str], case: Case) -> None:
+        """Adds the model of a row to its case."""
+        if self.learns and cell.get("model"):
+            self.fail(line, "model", "--learn chooses the model of each case", "empty the cell, or use --model for the first model")
+        if cell.get("labels") and (cell.get("model") or self.model or self.learns):
+            self.fail(line, "labels", "a segmentation that starts from labels uses no model",
+                      "use a seed, or omit the model")
+        model = self.file(line, "model", cell) if cell.get("model") else str(self.model.absolute()) if self.model else ""
+        if model and not self.learns:
+            case.arguments += ["--model", model]
+            case.inputs.append(model)
 
     def number(self, line: int, column: str, cell: dict[str, str]) -> float:
         """Returns the finite number in a cell. A decimal comma is possible where the comma is not the separator."""

@@ -4,6 +4,7 @@
 #include <QApplication>
 #include <QColorDialog>
 #include <QEvent>
+#include <QFileInfo>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMenu>
@@ -27,6 +28,7 @@
 #include "gui/workbench/name_line.h"
 #include "gui/workbench/naming.h"
 #include "gui/workbench/workbench.h"
+#include "model/organ_model.h"
 
 namespace simplexseg {
 namespace {
@@ -135,6 +137,11 @@ void MeshCard::build_lower_row() {
   row->addWidget(volume_);
   row->addWidget(state_, 1);
   static_cast<QVBoxLayout*>(layout())->addLayout(row);
+  model_ = new QLabel(this);
+  model_->setObjectName("card_model");
+  set_role(model_, "dim");
+  model_->hide();
+  layout()->addWidget(model_);
 
   connect(label_, &QSpinBox::valueChanged, this, [this](int label) { edit({mesh_, {}, {}, {}, label}); });
   connect(opacity_, &QSlider::valueChanged, this, [this](int percent) {
@@ -164,6 +171,15 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
   locked_->setIcon(icon_of(item.locked ? Symbol::Locked : Symbol::Unlocked));
   label_->setValue(item.label);
   opacity_->setValue(static_cast<int>(std::lround(item.opacity * 100)));
+  model_->setVisible(item.model != nullptr);
+  if (item.model) {
+    const OrganModel& organ = *item.model->organ;
+    const QString file = QFileInfo(text(std::filesystem::path(item.model->path))).fileName();
+    model_->setText(tr("Model: %1").arg(organ.name.empty() ? file : text(organ.name)));
+    model_->setToolTip(tr("%1: %2, error on unseen cases %3. It has no effect where it does not fit the image.")
+                           .arg(file, counted_text(static_cast<std::int64_t>(organ.cases.size()), "case"),
+                                text(length_text(organ.surface_error_mm))));
+  }
   if (property("active").toBool() != active) {
     setProperty("active", active);
     style()->unpolish(this);

@@ -63,6 +63,7 @@ class MeshCard : public QFrame {
   QSlider* opacity_;
   QLabel* volume_;
   QLabel* state_;
+  QLabel* model_;  ///< hidden without a model
 };
 
 }  // namespace simplexseg

@@ -8,6 +8,7 @@
 #include "gui/input/key_map.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/widgets.h"
+#include "gui/window/train_dialog.h"
 #include "gui/workbench/workbench.h"
 #include "io/scene/mesh_model.h"
 #include "model/organ_model.h"
@@ -18,11 +19,16 @@ ModelMenu::ModelMenu(Workbench& workbench, QWidget* parent)
     : QMenu(tr("&Model of the organ"), parent),
       workbench_(workbench),
       choose_(addAction(tr("&Choose a model..."))),
-      remove_(addAction(tr("&Remove the model"))) {
+      remove_(addAction(tr("&Remove the model"))),
+      train_(addAction(tr("&Train from accepted cases..."))) {
   setObjectName("model_menu");
   setToolTipsVisible(true);
   choose_->setObjectName("choose_model");
   remove_->setObjectName("remove_model");
+  train_->setObjectName("train_model");
+  insertSeparator(train_);
+  train_->setToolTip(tr("Learns shape and appearance of an organ from images with correct labels"));
+  connect(train_, &QAction::triggered, this, &ModelMenu::open_training);
   connect(choose_, &QAction::triggered, this, &ModelMenu::ask_file);
   connect(remove_, &QAction::triggered, this, [this] {
     workbench_.apply(SetModel{workbench_.view.active_mesh, nullptr});
@@ -35,6 +41,13 @@ void ModelMenu::ask_file() {
   const QString path = local_path(QFileDialog::getOpenFileUrl(
       parentWidget()->window(), tr("Choose the model of an organ"), {}, tr("Models (*.model);;All files (*)")));
   if (!path.isEmpty()) choose(path);
+}
+
+void ModelMenu::open_training() {
+  if (!dialog_) dialog_ = new TrainDialog(workbench_, parentWidget()->window());
+  dialog_->show();
+  dialog_->raise();
+  dialog_->activateWindow();
 }
 
 void ModelMenu::choose(const QString& path) {
@@ -61,7 +74,7 @@ void ModelMenu::refresh() {
   if (choose_->isEnabled())
     choose_->setToolTip(
         tr("Shape and appearance of an organ, learned from segmented cases, guide the segmentation. "
-           "Train models with simplexseg-cli model train."));
+           "Train models from segmented cases, below."));
   set_enabled(remove_, has_model && !locked, has_model ? why_locked() : tr("This segmentation has no model"));
 }
 

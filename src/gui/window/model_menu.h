@@ -4,9 +4,11 @@
 
 namespace simplexseg {
 
+class TrainDialog;
 class Workbench;
 
-/// Menu of the model of the active segmentation's organ (docs/models.md): choose a file, or remove the model.
+/// Menu of the model of the active segmentation's organ (docs/models.md): choose a file, remove the
+/// model, or train one.
 class ModelMenu : public QMenu {
   Q_OBJECT
  public:
@@ -16,10 +18,12 @@ class ModelMenu : public QMenu {
 
  private:
   void ask_file();
+  void open_training();
   void refresh();
 
   Workbench& workbench_;
-  QAction *choose_, *remove_;
+  QAction *choose_, *remove_, *train_;
+  TrainDialog* dialog_ = nullptr;
 };
 
 }  // namespace simplexseg

@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "the arrays of a model
 
 namespace {
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;  ///< 1: without shapes and profiles of the cases
 constexpr const char* kHead = "simplexseg_model";
 
 template <class T>
@@ -67,11 +67,48 @@ Normal3 normal3_from(const json& value) {
   return normal;
 }
 
+json json_of(const TrainedCase& one) {
+  json value{{"image", one.source.image}, {"labels", one.source.labels}};
+  if (one.points.cols() == 0) return value;
+  value["points_mm"] = array_json(one.points.data(), static_cast<std::size_t>(one.points.size()));
+  value["profiles"] = array_json(one.profiles.data(), one.profiles.size());
+  value["seed_mm"] = json_of(one.seed_mm);
+  value["radius_mm"] = one.radius_mm;
+  value["centre_mm"] = json_of(one.centre_mm);
+  value["extent_mm"] = json_of(one.extent_mm);
+  value["error_mm"] = one.error_mm;
+  value["error_cases"] = one.error_cases;
+  return value;
+}
+TrainedCase case_from(const json& value, std::size_t vertices) {
+  TrainedCase one;
+  if (value.is_array()) {  // version 1
+    one.source = {value.at(0).get<std::string>(), value.at(1).get<std::string>()};
+    return one;
+  }
+  one.source = {value.at("image").get<std::string>(), value.at("labels").get<std::string>()};
+  if (!value.contains("points_mm")) return one;
+  const std::vector<double> points = array_from<double>(value.at("points_mm"), 3 * vertices);
+  for (const double x : points) expect(std::isfinite(x), "a number is not finite");
+  one.points = Eigen::Map<const Eigen::Matrix3Xd>(points.data(), 3, static_cast<Eigen::Index>(vertices));
+  one.profiles = floats_from(value.at("profiles"), vertices * TrainedCase::kStored);
+  one.seed_mm = vector_from(value.at("seed_mm"));
+  one.radius_mm = positive_from(value.at("radius_mm"));
+  one.centre_mm = vector_from(value.at("centre_mm"));
+  one.extent_mm = vector_from(value.at("extent_mm"));
+  one.error_mm = number_from(value.at("error_mm"));
+  one.error_cases = value.at("error_cases").get<int>();
+  expect(one.error_mm >= 0 && one.error_cases >= 0, "an error is negative");
+  return one;
+}
+
 json json_of(const OrganModel& organ) {
   const ShapeModel& shape = organ.shape;
   const ProfileModel& profiles = organ.profiles;
-  json sources = json::array();
-  for (const OrganModel::Source& source : organ.sources) sources.push_back({source.image, source.labels});
+  json cases = json::array();
+  for (const TrainedCase& one : organ.cases) cases.push_back(json_of(one));
+  json curve = json::array();
+  for (const UnseenError& one : organ.curve) curve.push_back({one.cases, one.error_mm});
   return {
       {"name", organ.name},
       {"modality", organ.modality},
@@ -95,7 +132,8 @@ json json_of(const OrganModel& organ) {
         {"mean", array_json(profiles.mean.data(), profiles.mean.size())},
         {"whitening", array_json(profiles.whitening.data(), profiles.whitening.size())}}},
       {"surface_error_mm", organ.surface_error_mm},
-      {"sources", std::move(sources)},
+      {"cases", std::move(cases)},
+      {"curve", std::move(curve)},
   };
 }
 
@@ -128,8 +166,13 @@ OrganModel organ_from(const json& value) {
   organ.profiles.mean = floats_from(profiles.at("mean"), count * ProfileModel::kSamples);
   organ.profiles.whitening = floats_from(profiles.at("whitening"), count * ProfileModel::kWhitening);
   organ.surface_error_mm = positive_from(value.at("surface_error_mm"));
-  for (const json& source : value.at("sources"))
-    organ.sources.push_back({source.at(0).get<std::string>(), source.at(1).get<std::string>()});
+  for (const json& one : value.at(value.contains("sources") ? "sources" : "cases"))
+    organ.cases.push_back(case_from(one, count));
+  if (!value.contains("curve")) return organ;
+  for (const json& one : value.at("curve")) {
+    organ.curve.push_back({one.at(0).get<int>(), number_from(one.at(1))});
+    expect(organ.curve.back().cases > 0 && organ.curve.back().error_mm >= 0, "an error is negative");
+  }
   return organ;
 }
 
@@ -159,7 +202,8 @@ ModelFile model_from_bytes(const std::string& bytes, const std::string& name) {
     expect_plain_cbor(bytes);
     const json file = json::from_cbor(bytes);
     if (!file.is_object() || !file.contains(kHead)) throw damaged("it is not a model of this program");
-    if (file.at(kHead).get<int>() != kVersion) throw damaged("its version is not supported");
+    if (const int version = file.at(kHead).get<int>(); version < 1 || version > kVersion)
+      throw damaged("its version is not supported");
     const auto& binary = file.at("contents").get_binary();
     const std::string contents(binary.begin(), binary.end());
     ModelFile model;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/model_cases.h"
+#include "io/model/model_cases.h"
 
 #include <algorithm>
 
