@@ -10,14 +10,17 @@
 #include <QTest>
 #include <QTreeWidget>
 
+#include "core/error.h"
 #include "gui/panels/layer_panel.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/layer_actions.h"
 #include "gui/window/register_dialog.h"
 #include "gui/workbench/background_job.h"
+#include "io/platform/worker_program.h"
 #include "io/scene/scene_io.h"
 #include "io/transform/transform_io.h"
 #include "io/volume/volume_io.h"
+#include "step/simulation_parameters.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
@@ -59,6 +62,14 @@ class LayersTest : public PausedPhantomTest {
     bench().apply(edit);
     // The row of the crosshair lies in the middle of a voxel of both images.
     QApplication::processEvents();
+  }
+  static bool has_itk() {
+    try {
+      path_of_program(kRegisterProgram);
+      return true;
+    } catch (const Error&) {
+      return false;
+    }
   }
   const LayerItem& layer() { return scene().layers.at(0); }
   /// Colour of the axial view at an offset from the crosshair, mm.
@@ -248,9 +259,6 @@ TEST_F(LayersTest, TransformsAreLoadedAndSaved) {
   EXPECT_EQ(read_transform(path("out.tfm").toStdString()).affine()->matrix(), affine.matrix());
   press(Act::Undo);
   EXPECT_TRUE(layer().transform.is_identity());
-  layers().load_transform(path("half.nii"));  // an image, not a field
-  ASSERT_TRUE(wait_for_job());
-  EXPECT_TRUE(layer().transform.is_identity());
 }
 
 TEST_F(LayersTest, ASavedSceneOpensWithItsLayersOrAWarning) {
@@ -276,6 +284,7 @@ TEST_F(LayersTest, ASavedSceneOpensWithItsLayersOrAWarning) {
 }
 
 TEST_F(LayersTest, ALayerIsRegisteredToTheVolume) {
+  if (!has_itk()) GTEST_SKIP() << "built without ITK";
   // The image of the scene moved by 9 mm, with inverted contrast.
   const Volume& image = bench().session().volume();
   Volume moved(image.geometry(), VoxelType::Float32);
@@ -301,6 +310,47 @@ TEST_F(LayersTest, ALayerIsRegisteredToTheVolume) {
   EXPECT_LT((found - (centre - shift.translation())).norm(), 1.0) << messages_.join('|').toStdString();
   EXPECT_TRUE(messages_.back().contains("before") && messages_.back().contains("after"));
   press(Act::Undo);
+  EXPECT_TRUE(layer().transform.is_identity());
+}
+
+TEST_F(LayersTest, ADisplacementFieldIsSavedAndUsed) {
+  if (!has_itk()) GTEST_SKIP() << "built without ITK";
+  VolumeGeometry coarse = bench().session().volume().geometry();  // a coarse image: a field takes seconds otherwise
+  coarse.size = {20, 20, 20}, coarse.spacing_mm *= 64.0 / 20;
+  Scene empty;
+  empty.simulation = default_simulation_parameters();
+  bench().open(std::move(empty), resample_through(bench().session().volume(), coarse, {}));
+  write_volume(path("image.nii").toStdString(), bench().session().volume());
+  layers().add(path("image.nii"));
+  ASSERT_TRUE(wait_for_job());
+  RegistrationSettings settings;
+  settings.kind = RegistrationKind::Displacement;
+  settings.start = RegistrationStart::None;
+  layers().register_layer(layer().id, settings, path("field.tfm"));  // not the extension of a field
+  ASSERT_TRUE(wait_for_job());
+  EXPECT_TRUE(layer().transform.is_identity());
+  messages_.clear();
+  layers().register_layer(layer().id, settings, path("field.nii.gz"));
+  ASSERT_TRUE(wait_for_job() || wait_for_job() || wait_for_job());
+  EXPECT_EQ(layer().transform.file, path("field.nii.gz").toStdString());
+  EXPECT_TRUE(messages_.join('|').contains("the field folds at 0.00%")) << messages_.join('|').toStdString();
+  // The image is registered to itself: the values at the crosshair agree.
+  const Eigen::Vector3d at = bench().view.crosshair_mm;
+  EXPECT_NEAR(bench().layer_images().value_at(layer(), at).value_or(0), bench().session().volume().sample(at), 20);
+  EXPECT_TRUE(control<QLabel>("layer_transform").text().contains("field.nii.gz"));
+  write_scene(path("scene.json").toStdString(), bench().scene_to_save());
+  EXPECT_EQ(read_scene(path("scene.json").toStdString()).scene.layers.at(0).transform, layer().transform);
+}
+
+TEST_F(LayersTest, ATransformOfAnotherFileIsRefusedInOneLine) {
+  add_half();
+  messages_.clear();
+  QStringList failures;
+  QObject::connect(&window_->job(), &BackgroundJob::failed, &bench(), [&](const QString& why) { failures << why; });
+  layers().load_transform(path("half.nii"));  // an image, not a field
+  ASSERT_TRUE(wait_for_job());
+  ASSERT_EQ(failures.size(), 1);
+  EXPECT_TRUE(failures[0].contains("half.nii") && !failures[0].contains("\n")) << failures[0].toStdString();
   EXPECT_TRUE(layer().transform.is_identity());
 }
 
