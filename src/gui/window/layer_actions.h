@@ -29,7 +29,7 @@ class LayerActions : public QObject {
   void add(const QString& path);
   /// Registers a layer to the volume and sets its transform. `field_path`: file for the displacement field, required
   /// for that kind.
-  void register_layer(ItemId layer, const RegistrationSettings& settings, const QString& field_path = {});
+  void register_layer(ItemId id, const RegistrationSettings& settings, const QString& field_path = {});
   /// Sets the transform of the active layer from a file.
   void load_transform(const QString& path);
   /// Writes the affine transform of the active layer.
