@@ -48,6 +48,16 @@ const char* title(const AddMeasurement&) { return "add measurement"; }
 const char* title(const MoveMeasurement&) { return "move measurement"; }
 const char* title(const RenameMeasurement&) { return "rename measurement"; }
 const char* title(const DeleteMeasurement&) { return "delete measurement"; }
+const char* title(const AddLayer&) { return "add layer"; }
+const char* title(const EditLayer& c) {
+  return c.name         ? "rename layer"
+         : c.transform  ? "change transform of layer"
+         : c.colour_map ? "change colours of layer"
+         : c.opacity    ? "change opacity of layer"
+         : c.visible    ? (*c.visible ? "show layer" : "hide layer")
+                        : "change window of layer";
+}
+const char* title(const RemoveLayer&) { return "remove layer"; }
 
 /// Replaces underscores by blanks: "a_name" -> "a name".
 std::string spaced(std::string name) {
@@ -105,6 +115,15 @@ concept ForOneMeasurement = requires(const C& c) {
 };
 std::string description(const ForOneMeasurement auto& c, const Scene& scene) {
   const Measurement* const item = scene.find_measurement(c.measurement);
+  return item ? std::string(title(c)) + ": " + item->name : title(c);
+}
+std::string description(const AddLayer& c, const Scene&) { return std::string(title(c)) + ": " + c.item.name; }
+template <class C>
+concept ForOneLayer = requires(const C& c) {
+  c.layer;
+};
+std::string description(const ForOneLayer auto& c, const Scene& scene) {
+  const LayerItem* const item = scene.find_layer(c.layer);
   return item ? std::string(title(c)) + ": " + item->name : title(c);
 }
 std::string description(const EditMesh& c, const Scene& scene) {

@@ -200,15 +200,34 @@ struct RenameMeasurement {
 struct DeleteMeasurement {
   ItemId measurement;
 };
+/// Adds a layer after the others; the id of `item` is ignored.
+struct AddLayer {
+  LayerItem item;
+};
+/// Changes the attributes of a layer for which a value is given.
+struct EditLayer {
+  ItemId layer;
+  std::optional<std::string> name{};
+  std::optional<LayerTransform> transform{};
+  std::optional<ColourMap> colour_map{};
+  std::optional<float> opacity{};
+  std::optional<double> window{}, level{};
+  std::optional<bool> visible{};
+  bool continues = false;  ///< whether it belongs to the drag of the previous command: undone together
+};
+struct RemoveLayer {
+  ItemId layer;
+};
 struct Undo {};
 struct Redo {};
 
-using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
-                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
-                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
-                             CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison,
-                             CommitFieldComparison, EditVoxels, ChooseLabelPreset, AddMeasurement, MoveMeasurement,
-                             RenameMeasurement, DeleteMeasurement, AddLasso, SetIntensityRange, SetModel>;
+using Command =
+    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
+                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
+                 StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
+                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
+                 ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso,
+                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

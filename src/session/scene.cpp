@@ -61,4 +61,8 @@ const Measurement* Scene::find_measurement(ItemId id) const {
   return find_in(measurements, [id](const Measurement& measurement) { return measurement.id == id; });
 }
 
+const LayerItem* Scene::find_layer(ItemId id) const {
+  return find_in(layers, [id](const LayerItem& layer) { return layer.id == id; });
+}
+
 }  // namespace simplexseg

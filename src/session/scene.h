@@ -16,6 +16,7 @@
 #include "image/intensity_range.h"
 #include "image/measurement.h"
 #include "mesh/simplex_mesh.h"
+#include "session/layer.h"
 #include "session/mesh_field.h"
 #include "session/voxel_edit.h"
 #include "step/engine.h"
@@ -26,7 +27,7 @@ namespace simplexseg {
 struct OrganModel;
 struct PromptStroke;
 
-using ItemId = std::uint32_t;  ///< id of a mesh, point or measurement, unique in a session; 0: none
+using ItemId = std::uint32_t;  ///< id of a mesh, point, measurement or layer, unique in a session; 0: none
 
 /// Reference segmentation with which reports compare a mesh.
 struct Reference {
@@ -169,7 +170,7 @@ struct LabelNumbers {
   std::map<std::string, int> by_name;  ///< labels of the preset, and of earlier meshes of the scene
 };
 
-/// Contents of a scene file: meshes, points, measurements, parameters, and the path of the volume.
+/// Contents of a scene file: meshes, points, measurements, layers, parameters, and the path of the volume.
 struct Scene {
   std::string volume_path;
   int volume_number = 1;        ///< number of the volume in a 4D file, from 1
@@ -178,6 +179,7 @@ struct Scene {
   std::vector<MeshItem> meshes;
   std::vector<UserPoint> points;
   std::vector<Measurement> measurements;
+  std::vector<LayerItem> layers;  ///< further images, in the order in which they are drawn
   SimulationParameters simulation;
   std::optional<SavedView> view;
   int steps = 0;  ///< default number of steps of simplexseg-cli run; 0: until all meshes settle
@@ -189,6 +191,7 @@ struct Scene {
   const MeshItem* find_mesh(const std::string& name) const;
   const UserPoint* find_point(ItemId id) const;
   const Measurement* find_measurement(ItemId id) const;
+  const LayerItem* find_layer(ItemId id) const;
 };
 
 }  // namespace simplexseg

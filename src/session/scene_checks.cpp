@@ -172,6 +172,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   for (const MeshItem& item : scene.meshes) next = std::max(next, item.id + 1);
   for (const UserPoint& point : scene.points) next = std::max(next, point.id + 1);
   for (const Measurement& measurement : scene.measurements) next = std::max(next, measurement.id + 1);
+  for (const LayerItem& layer : scene.layers) next = std::max(next, layer.id + 1);
   for (MeshItem& item : scene.meshes) {
     if (item.id == 0) item.id = next++;
     if (!ids.insert(item.id).second)
@@ -207,6 +208,10 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   for (Measurement& measurement : scene.measurements) {
     if (measurement.id == 0) measurement.id = next++;
     check_measurement(measurement.kind, measurement.points_mm);
+  }
+  for (LayerItem& layer : scene.layers) {
+    if (layer.id == 0) layer.id = next++;
+    check_layer(layer);
   }
   return next;
 }

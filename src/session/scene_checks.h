@@ -41,8 +41,8 @@ void check_code(const SegmentCode& code, const std::string& name);
 void check_labels(const std::map<std::string, int>& by_name);
 /// Throws unless the points define a measurement of this kind (defect_of()).
 void check_measurement(MeasurementKind kind, const std::vector<Eigen::Vector3d>& points_mm);
-/// Checks values, seeds, meshes, points, measurements and ids of a scene before it is opened on the volume. Assigns ids
-/// to items that have none, and determines the strokes of lassos. Returns the next unused id.
+/// Checks values, seeds, meshes, points, measurements, layers and ids of a scene before it is opened on the volume.
+/// Assigns ids to items that have none, and determines the strokes of lassos. Returns the next unused id.
 ItemId check_scene(Scene& scene, const Volume& volume);
 
 }  // namespace simplexseg

@@ -16,7 +16,7 @@ enum class EngineUpdate { Nothing, Points, Parameters, Meshes };
 /// Effect of a command on a scene.
 struct SceneChange {
   EngineUpdate update = EngineUpdate::Nothing;
-  ItemId added = 0;  ///< id of the new mesh, point or measurement; 0: none
+  ItemId added = 0;  ///< id of the new mesh, point, measurement or layer; 0: none
 };
 
 /// Executes commands on a scene. There is one overload for each command except those that the session executes itself
@@ -54,6 +54,9 @@ class SceneEditor {
   SceneChange execute(const MoveMeasurement& command);
   SceneChange execute(const RenameMeasurement& command);
   SceneChange execute(const DeleteMeasurement& command);
+  SceneChange execute(const AddLayer& command);
+  SceneChange execute(const EditLayer& command);
+  SceneChange execute(const RemoveLayer& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< mesh with this id; throws Error for 0 or an unknown mesh
@@ -73,6 +76,8 @@ class SceneEditor {
   UserPoint& editable_point_of(ItemId point);
   /// Measurement with this id; throws Error for an unknown one.
   Measurement& measurement_of(ItemId measurement);
+  /// Layer with this id; throws Error for an unknown one.
+  LayerItem& layer_of(ItemId layer);
 
   Scene& scene_;
   const Volume& volume_;

@@ -37,11 +37,12 @@ DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
 class EditableParts {
  public:
   explicit EditableParts(const Scene& scene)
-      : points_(scene.points), measurements_(scene.measurements), simulation_(scene.simulation) {
+      : points_(scene.points), measurements_(scene.measurements), layers_(scene.layers), simulation_(scene.simulation) {
     for (const MeshItem& item : scene.meshes) parameters_.push_back(item.parameters);
   }
   void restore(Scene& scene) {
     scene.points = std::move(points_), scene.measurements = std::move(measurements_);
+    scene.layers = std::move(layers_);
     scene.simulation = simulation_;
     for (std::size_t k = 0; k < scene.meshes.size(); ++k) scene.meshes[k].parameters = parameters_[k];
   }
@@ -49,6 +50,7 @@ class EditableParts {
  private:
   std::vector<UserPoint> points_;
   std::vector<Measurement> measurements_;
+  std::vector<LayerItem> layers_;
   SimulationParameters simulation_;
   std::vector<ForceParameters> parameters_;
 };

@@ -24,6 +24,10 @@ bool continues_command(const MoveMeasurement& move, const Entry& last) {
   const auto* was = std::get_if<MoveMeasurement>(&last.command);
   return move.continues && was && was->measurement == move.measurement;
 }
+bool continues_command(const EditLayer& edit, const Entry& last) {
+  const auto* const was = std::get_if<EditLayer>(&last.command);
+  return edit.continues && was && was->layer == edit.layer && std::string(title_of(edit)) == title_of(*was);
+}
 bool continues_command(const ResizePoint& resize, const Entry& last) {
   const auto* was = std::get_if<ResizePoint>(&last.command);
   return resize.continues && was && was->point == resize.point;
@@ -73,6 +77,7 @@ ItemId UndoHistory::next_id() const {
       for (const MeshItem& item : entry->scene.without_arrays().meshes) next = std::max(next, item.id + 1);
       for (const UserPoint& point : entry->scene.without_arrays().points) next = std::max(next, point.id + 1);
       for (const Measurement& m : entry->scene.without_arrays().measurements) next = std::max(next, m.id + 1);
+      for (const LayerItem& layer : entry->scene.without_arrays().layers) next = std::max(next, layer.id + 1);
     }
   }
   return next;

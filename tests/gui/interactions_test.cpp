@@ -14,9 +14,11 @@
 #include <QKeySequenceEdit>
 #include <QMenu>
 #include <QPushButton>
+#include <QSlider>
 #include <QTest>
 #include <QTreeWidget>
 #include <cmath>
+#include <cstring>
 #include <map>
 
 #include "gui/input/key_map.h"
@@ -111,6 +113,20 @@ class InteractionsTest : public WindowTest {
         if (entry->text().remove('&') == title) entry->trigger();
     for (int n = 0; n < 5; ++n) QApplication::processEvents();
   }
+  /// Adds the image of the scene as a layer, moved to the left by `moved_mm`.
+  void add_layer(double moved_mm) {
+    VolumeGeometry grid = bench().session().volume().geometry();
+    Volume moved(grid, bench().session().volume().type());
+    std::memcpy(moved.data(), bench().session().volume().data(), moved.bytes());
+    LayerItem item;
+    item.name = "moved", item.path = "moved.nii", item.window = 100, item.level = 100;
+    item.transform.affine.translation().x() = -moved_mm;
+    LayerImages images;
+    images.add_image(item, std::make_shared<const Volume>(std::move(moved)));
+    bench().add_layer_images(images);
+    bench().apply(AddLayer{item});
+    QApplication::processEvents();
+  }
   void edit_voxels(const QJsonObject& event) {
     auto* const menu = window_->findChild<QMenu*>("voxel_menu");
     if (event.contains("other")) {
@@ -153,6 +169,7 @@ class InteractionsTest : public WindowTest {
                                       {"smart", Act::SmartBrush},
                                       {"local", Act::LocalMarks},
                                       {"lock", Act::LockMesh},
+                                      {"layer contrast", Act::LayerContrast},
                                       {"delete", Act::DeletePoint}};
     const std::map<QString, Act> tools{
         {"seed", Act::ToolSeed},     {"point", Act::ToolPoint},     {"crosshair", Act::ToolCrosshair},
@@ -160,7 +177,11 @@ class InteractionsTest : public WindowTest {
         {"brush", Act::ToolBrush},   {"eraser", Act::ToolEraser},   {"ruler", Act::ToolRuler},
         {"angle", Act::ToolAngle},   {"ellipse", Act::ToolEllipse}, {"freeze", Act::ToolFreeze},
         {"range", Act::ToolRange}};
-    if (event.contains("steps")) {
+    if (event.contains("layer moved by")) {
+      add_layer(event["layer moved by"].toDouble());
+    } else if (event.contains("opacity")) {
+      window_->findChild<QSlider*>("layer_opacity")->setValue(event["opacity"].toInt());
+    } else if (event.contains("steps")) {
       bench().advance_steps(event["steps"].toInt());
     } else if (event.contains("tool")) {
       window_->actions()[tools.at(event["tool"].toString())]->trigger();
@@ -231,6 +252,10 @@ class InteractionsTest : public WindowTest {
         lines << QString::fromStdString(line);
       measurements << lines.join(", ");
     }
+    QJsonArray layers;
+    for (const LayerItem& layer : scene().layers)
+      layers << QJsonArray{QString::fromStdString(layer.name), std::round(100 * layer.opacity),
+                           std::round(layer.window), std::round(layer.level)};
     const UndoHistory& history = bench().session().history();
     QJsonObject result{{"meshes", meshes},
                        {"measurements", measurements},
@@ -238,6 +263,7 @@ class InteractionsTest : public WindowTest {
                        {"points", kinds},
                        {"undo", static_cast<int>(history.undo_names().size())},
                        {"redo", static_cast<int>(history.redo_names().size())}};
+    if (!layers.isEmpty()) result["layers"] = layers;
     if (const QJsonObject display = this->display(); !display.isEmpty()) result["display"] = display;
     return result;
   }
@@ -248,6 +274,8 @@ class InteractionsTest : public WindowTest {
     const ViewGrid& views = window_->views();
     if (views.view_layout() != ViewLayout::Four)
       shown["layout"] = QJsonArray{static_cast<int>(views.view_layout()), views.main_view(), view.neighbour_step};
+    if (view.layer_mode != LayerMode::Blend || !view.show_layers)
+      shown["layers"] = QJsonArray{static_cast<int>(view.layer_mode), std::round(10 * view.swipe), view.show_layers};
     if (view.volume_mode != VolumeMode::Off) shown["volume"] = static_cast<int>(view.volume_mode);
     if (!view.clip.image_on_caps) shown["plain_caps"] = true;
     if (view.clip.any()) {
@@ -290,6 +318,7 @@ void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
   for (const char* exact : {"points", "undo", "redo"}) EXPECT_EQ(got[exact], expected[exact]) << exact;
   expect_similar_display(got["display"].toObject(), expected["display"].toObject());
   EXPECT_EQ(got["measurements"].toArray(), expected["measurements"].toArray());
+  EXPECT_EQ(got["layers"].toArray(), expected["layers"].toArray());
   const QJsonArray meshes = got["meshes"].toArray(), recorded = expected["meshes"].toArray();
   ASSERT_EQ(meshes.size(), recorded.size());
   for (int m = 0; m < meshes.size(); ++m) {
@@ -311,6 +340,7 @@ void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
 /// Compares two states of a scene, bit for bit.
 void expect_same_bits(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.measurements, b.measurements);
+  EXPECT_EQ(a.layers, b.layers);
   ASSERT_EQ(a.meshes.size(), b.meshes.size());
   for (std::size_t m = 0; m < a.meshes.size(); ++m) {
     EXPECT_EQ(a.meshes[m].name, b.meshes[m].name);
@@ -334,7 +364,8 @@ void expect_same_bits(const Scene& a, const Scene& b) {
 void expect_same_bits_after_undo(Workbench& bench) {
   std::vector<Scene> states{bench.scene()};
   while (bench.session().can_undo()) bench.apply(Undo{}), states.push_back(bench.scene());
-  EXPECT_TRUE(bench.scene().meshes.empty() && bench.scene().points.empty() && bench.scene().measurements.empty());
+  EXPECT_TRUE(bench.scene().meshes.empty() && bench.scene().points.empty() && bench.scene().measurements.empty() &&
+              bench.scene().layers.empty());
   for (auto state = states.rbegin(); state != states.rend(); ++state) {
     expect_same_bits(bench.scene(), *state);
     if (state + 1 != states.rend()) bench.apply(Redo{});

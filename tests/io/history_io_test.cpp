@@ -42,6 +42,7 @@ std::vector<SessionState> with_plain_ids(std::vector<SessionState> states) {
     for (MeshItem& item : state.scene.meshes) plain(item.id);
     for (UserPoint& point : state.scene.points) plain(point.id), plain(point.mesh);
     for (Measurement& measurement : state.scene.measurements) plain(measurement.id);
+    for (LayerItem& layer : state.scene.layers) plain(layer.id);
   }
   return states;
 }

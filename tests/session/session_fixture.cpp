@@ -65,6 +65,7 @@ SessionState state_of(const Session& session) { return {session.scene()}; }
                   [](const UserPoint& p, const UserPoint& q) { return same_values(p, q); }))
     return differs("the points");
   if (x.measurements != y.measurements) return differs("the measurements");
+  if (x.layers != y.layers) return differs("the layers");
   if (std::memcmp(&x.simulation, &y.simulation, sizeof x.simulation) != 0)
     return differs("the simulation's parameters");
   return ::testing::AssertionSuccess();

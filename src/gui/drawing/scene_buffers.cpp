@@ -34,6 +34,7 @@ void SceneBuffers::release_all() {
   indices_ = 0;
   for (SliceState& state : slices_) release(state);
   release(free_slice_);
+  layers_.release();
   for (OutlineState& state : outlines_) {
     release(state.buffer);
     state = {};
@@ -362,6 +363,12 @@ const SceneBuffers::Slice& SceneBuffers::draw_slice(SliceState& state, Session& 
   state.level = view.level;
   state.low_is_bright = view.low_is_bright;
   return slice;
+}
+
+const std::vector<LayerSlice>& SceneBuffers::update_layers(const SliceGrid& grid, std::span<const LayerSource> sources,
+                                                           Orientation orientation, int neighbour) {
+  return layers_.update(
+      slot_of(orientation, neighbour), grid, sources, [this] { wait_for_readers(); }, [this] { mark_written(); });
 }
 
 void SceneBuffers::release_field() {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "gui/drawing/layer_slices.h"
 #include "gui/look/slice_geometry.h"
 #include "mesh/simplex_mesh.h"
 #include "step/display.h"
@@ -57,6 +58,9 @@ class SceneBuffers {
   /// Slice in any other plane, drawn again like those through the crosshair.
   const Slice& update_free_slice(Session& session, const ViewState& view, const SliceGrid& grid);
   void release_free_slice();
+  /// Sections of layers in such a slice, whose grid is `grid`; see LayerSlices::update().
+  const std::vector<LayerSlice>& update_layers(const SliceGrid& grid, std::span<const LayerSource> sources,
+                                               Orientation orientation, int neighbour);
   /// Contours of the surfaces in a slice, for OutlinePainter.
   struct Outlines {
     unsigned buffer = 0;          ///< draw commands, then segments (step/display.h); 0 without meshes
@@ -153,7 +157,8 @@ class SceneBuffers {
   OutlineState outlines_[kSliceSlots];
   Field field_;
   std::shared_ptr<const MeshField> shown_field_;  ///< contents of the texture; null: no texture
-  std::vector<DisplayPoint> host_points_;         ///< staging memory of the upload
+  LayerSlices layers_;
+  std::vector<DisplayPoint> host_points_;  ///< staging memory of the upload
   std::vector<DisplayTexel> host_texels_;
   std::vector<std::byte> host_outlines_;
 

@@ -38,6 +38,9 @@ inline bool measures(Tool tool) { return tool == Tool::Ruler || tool == Tool::An
 /// Volume rendering in the 3D view. Shaded: composited, with opacity from window and level, lit by the gradient.
 enum class VolumeMode { Off, Shaded, Maximum };
 
+/// Display of layers in slices: blended with the volume, instead of it in every second square, or right of a divider.
+enum class LayerMode { Blend, Checkerboard, Swipe };
+
 /// State of the display, shared by all views. It is neither saved nor part of undo.
 struct ViewState {
   Eigen::Vector3d crosshair_mm{0, 0, 0};
@@ -56,6 +59,11 @@ struct ViewState {
   bool show_fill = false;   ///< fill of all meshes in the slices
   bool show_field = false;  ///< field of the active mesh in the slices
   bool show_annotations = true;
+  bool show_layers = true;
+  bool layer_contrast_armed = false;  ///< the next left drag sets window and level of the active layer
+  LayerMode layer_mode = LayerMode::Blend;
+  double swipe = 0.5;       ///< place of the divider of Swipe, share of the width of a slice view
+  ItemId active_layer = 0;  ///< layer that the panel Layers edits; 0: none
   bool show_slices_3d = true;
   ClipState clip;                                       ///< planes that cut the 3D view
   VolumeMode volume_mode = VolumeMode::Off;             ///< volume in the 3D view

@@ -61,6 +61,20 @@ const SceneBuffers::Slice* DrawnScene::free_slice(const std::optional<SliceGrid>
   return drawn ? slice : nullptr;
 }
 
+const std::vector<LayerSlice>* DrawnScene::layers(const SliceGrid& grid, Orientation orientation, int neighbour) {
+  const LayerImages& images = workbench_.layer_images();
+  std::vector<LayerSource> sources;
+  for (const LayerItem& item : workbench_.scene().layers) {
+    std::shared_ptr<const Volume> image = images.image_of(item);
+    if (item.visible && image && images.has_transform(item))
+      sources.push_back({item, std::move(image), images.transform_of(item)});
+  }
+  const std::vector<LayerSlice>* layers = nullptr;
+  const bool drawn =
+      update_buffers([&](Session&) { layers = &buffers_.update_layers(grid, sources, orientation, neighbour); });
+  return drawn ? layers : nullptr;
+}
+
 const SceneBuffers::Field* DrawnScene::field() {
   const SceneBuffers::Field* field = nullptr;
   const bool drawn = update_buffers([&](Session& session) { field = buffers_.update_field(session, workbench_.view); });

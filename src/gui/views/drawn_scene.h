@@ -38,6 +38,8 @@ class DrawnScene : public QObject {
   const SceneBuffers::Slice* slice(Orientation orientation, int neighbour = 0);
   /// Slice in any other plane; without a grid, releases it and returns null. Needs a volume.
   const SceneBuffers::Slice* free_slice(const std::optional<SliceGrid>& grid);
+  /// Sections of the visible layers whose files are loaded, in a slice on this grid.
+  const std::vector<LayerSlice>* layers(const SliceGrid& grid, Orientation orientation, int neighbour);
   /// Field of the active mesh; null while no field is shown.
   const SceneBuffers::Field* field();
 

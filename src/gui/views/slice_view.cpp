@@ -36,7 +36,11 @@ double handle_opacity(double distance_mm) {
 }
 
 SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent, int neighbour)
-    : View(workbench, drawn, parent), orientation_(orientation), neighbour_(neighbour), tools_(workbench, *this) {
+    : View(workbench, drawn, parent),
+      orientation_(orientation),
+      neighbour_(neighbour),
+      tools_(workbench, *this),
+      layers_(workbench, drawn, *this) {
   set_orientation(orientation);
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
   connect(&workbench_, &Workbench::view_changed, this, [this] { tools_.discard_outdated_measurement(); });
@@ -168,6 +172,7 @@ void SliceView::create_painters() {
   line_painter_.create();
   disc_painter_.create();
   measurement_layer_.create();
+  layers_.create();
 }
 
 void SliceView::destroy_painters() {
@@ -177,6 +182,7 @@ void SliceView::destroy_painters() {
   line_painter_.destroy();
   disc_painter_.destroy();
   measurement_layer_.destroy();
+  layers_.destroy();
 }
 
 Projection SliceView::projection() const {
@@ -197,6 +203,7 @@ Projection SliceView::projection() const {
 void SliceView::prepare() {
   outline_.reset();
   slice_ = drawn_.slice(orientation_, neighbour_);
+  layers_.prepare(slice_);
   outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_, neighbour_) : nullptr;
   field_ = drawn_.field();
   springs_ = &drawn_.springs();
@@ -208,6 +215,7 @@ void SliceView::paint() {
   if (!workbench_.has_volume()) return;
   const ViewState& view = workbench_.view;
   if (slice_) draw_slice(projection);
+  layers_.draw(projection);
   if (slice_ && field_) draw_field(projection);
   if (outlines_) draw_outlines(projection);
   if (view.show_annotations) draw_crosshair(projection);
@@ -217,6 +225,7 @@ void SliceView::paint() {
   draw_seed(projection);
   draw_brush(projection);
   measurement_layer_.draw(projection, workbench_, *this, tools_.measurement());
+  layers_.draw_divider(projection);
   if (view.show_annotations) draw_scale_bar(projection);
 }
 
@@ -345,6 +354,7 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   letter(axes.up, Qt::AlignHCenter | Qt::AlignTop);
   letter(-axes.up, Qt::AlignHCenter | Qt::AlignBottom);
   measurement_layer_.add_labels(labels);
+  layers_.add_labels(labels, box);
   if (!workbench_.view.show_annotations) return;
   labels.push_back(
       {box, Qt::AlignLeft | Qt::AlignTop, slice_title(workbench_, *this), theme::slice_colour(orientation_)});
@@ -369,9 +379,15 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   if (!note.isEmpty()) labels.push_back({box, Qt::AlignLeft | Qt::AlignBottom, note, theme::kSelected, false});
 }
 
-void SliceView::mousePressEvent(QMouseEvent* event) { tools_.press(*event); }
-void SliceView::mouseMoveEvent(QMouseEvent* event) { tools_.move(*event); }
-void SliceView::mouseReleaseEvent(QMouseEvent* event) { tools_.release(*event); }
+void SliceView::mousePressEvent(QMouseEvent* event) {
+  if (!layers_.press(*event)) tools_.press(*event);
+}
+void SliceView::mouseMoveEvent(QMouseEvent* event) {
+  if (!layers_.move(*event)) tools_.move(*event);
+}
+void SliceView::mouseReleaseEvent(QMouseEvent* event) {
+  if (!layers_.release(*event)) tools_.release(*event);
+}
 
 void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
   if (!tools_.double_click(*event)) emit maximise_requested();
@@ -394,13 +410,16 @@ void SliceView::keyPressEvent(QKeyEvent* event) {
 
 void SliceView::leaveEvent(QEvent* event) {
   tools_.leave();
+  layers_.leave();
   View::leaveEvent(event);
 }
 
 void SliceView::update_cursor() {
   const ViewState& view = workbench_.view;
-  if (view.window_level_armed) {
+  if (view.window_level_armed || view.layer_contrast_armed) {
     setCursor(Qt::SizeAllCursor);
+  } else if (layers_.is_on_divider()) {
+    setCursor(Qt::SplitHCursor);
   } else if (view.hovered_point || view.hovered_measurement) {
     setCursor(Qt::PointingHandCursor);
   } else if (view.tool == Tool::ZoomPan) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gui/look/slice_geometry.h"
+#include "gui/views/layer_overlay.h"
 #include "gui/views/measurement_layer.h"
 #include "gui/views/paint_outline.h"
 #include "gui/views/slice_tools.h"
@@ -122,6 +123,7 @@ class SliceView : public View {
   LinePainter line_painter_;
   DiscPainter disc_painter_;
   MeasurementLayer measurement_layer_;
+  LayerOverlay layers_;
 };
 
 }  // namespace simplexseg

@@ -37,6 +37,7 @@
 #include "gui/window/file_actions.h"
 #include "gui/window/key_dialog.h"
 #include "gui/window/label_actions.h"
+#include "gui/window/layer_actions.h"
 #include "gui/window/message_bar.h"
 #include "gui/window/model_menu.h"
 #include "gui/window/name_popup.h"
@@ -109,6 +110,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   job_ = new BackgroundJob(this);
   files_ = new FileActions(*workbench_, *job_, *actions_, *this);
   new LabelActions(*workbench_, *job_, *files_, *actions_, *this);
+  layers_ = new LayerActions(*workbench_, *job_, *files_, *actions_, *this);
   build_views();
   archive_ = new ArchiveActions(
       *workbench_, *job_, *files_, *actions_, [this] { return picture_of_views(); }, *this);
@@ -212,6 +214,7 @@ void MainWindow::build_menus() {
   segmentation->insertMenu(segmentation->actions().at(1), new LabelPresetMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new VoxelMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new ModelMenu(*workbench_, segmentation));
+  layers_->fill(*menuBar()->addMenu(tr("&Layers")));
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ = fill(
       tr("&View"),

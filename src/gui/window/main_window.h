@@ -17,6 +17,7 @@ class DrawnScene;
 class Engine;
 class FileActions;
 class FrameLoop;
+class LayerActions;
 class MessageBar;
 class SidePanels;
 class StartPage;
@@ -37,6 +38,7 @@ class MainWindow : public QMainWindow {
   FrameLoop& loop() { return *loop_; }
   ActionTable& actions() { return *actions_; }
   FileActions& files() { return *files_; }
+  LayerActions& layers() { return *layers_; }
   ArchiveActions& archive() { return *archive_; }
   BackgroundJob& job() { return *job_; }
   MessageBar& messages() { return *messages_; }
@@ -84,6 +86,7 @@ class MainWindow : public QMainWindow {
   ActionTable* actions_ = nullptr;
   BackgroundJob* job_ = nullptr;
   FileActions* files_ = nullptr;
+  LayerActions* layers_ = nullptr;
   ArchiveActions* archive_ = nullptr;
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;

@@ -4,6 +4,7 @@
 #include <QAction>
 #include <QEvent>
 #include <QTabWidget>
+#include <utility>
 
 #include "core/expect.h"
 #include "gui/input/action_table.h"
@@ -12,10 +13,12 @@
 #include "gui/panels/convergence_panel.h"
 #include "gui/panels/force_panel.h"
 #include "gui/panels/intensity_panel.h"
+#include "gui/panels/layer_panel.h"
 #include "gui/panels/mesh_panel.h"
 #include "gui/panels/plan_panel.h"
 #include "gui/panels/point_panel.h"
 #include "gui/panels/simulation_panel.h"
+#include "gui/workbench/workbench.h"
 
 namespace simplexseg {
 namespace {
@@ -41,6 +44,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
       points_(new PointPanel(workbench, tabs_)),
       intensity_(new IntensityPanel(workbench, actions, tabs_)),
       check_(new CheckPanel(workbench, actions, tabs_)),
+      layers_(new LayerPanel(workbench, actions, tabs_)),
       plan_(new PlanPanel(workbench, tabs_)),
       convergence_(new ConvergencePanel(workbench, tabs_)),
       actions_(actions) {
@@ -56,6 +60,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   points_->setObjectName(tr("Points"));
   intensity_->setObjectName(tr("Intensity"));
   check_->setObjectName(tr("Check"));
+  layers_->setObjectName(tr("Layers"));
   plan_->setObjectName(tr("Plan"));
   convergence_->setObjectName(tr("Convergence"));
   for (QWidget* panel :
@@ -69,6 +74,12 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setStretchFactor(2, 3);
   actions.on_toggle(Act::Researcher, [this](bool researcher) { set_researcher(researcher); });
   set_researcher(false);
+  connect(&workbench, &Workbench::scene_changed, this, [this, &workbench] {
+    const auto count = static_cast<int>(workbench.scene().layers.size());
+    const int before = std::exchange(layer_count_, count);
+    if ((before == 0) != (count == 0)) arrange();
+    if (count > before) show_panel(layers_->objectName());
+  });
 }
 
 bool SidePanels::eventFilter(QObject* watched, QEvent* event) {
@@ -93,8 +104,9 @@ void SidePanels::arrange() {
     QTabWidget* tabs;  ///< null: not in this layout
   };
   QTabWidget *const research = researcher_ ? tabs_ : nullptr, *const last = separate_row ? row_ : research;
-  const Place places[] = {{forces_, research}, {simulation_, research}, {points_, tabs_},    {intensity_, tabs_},
-                          {check_, tabs_},     {plan_, last},           {convergence_, last}};
+  const Place places[] = {{forces_, research}, {simulation_, research}, {points_, tabs_},
+                          {intensity_, tabs_}, {check_, tabs_},         {layers_, layer_count_ > 0 ? tabs_ : nullptr},
+                          {plan_, last},       {convergence_, last}};
   int next = 0;  // place among the tabs of tabs_
   for (const auto& [panel, target] : places) {
     for (QTabWidget* tabs : {tabs_, row_})

@@ -9,6 +9,7 @@ namespace simplexseg {
 class ActionTable;
 class CheckPanel;
 class IntensityPanel;
+class LayerPanel;
 class ConvergencePanel;
 class ForcePanel;
 class FrameLoop;
@@ -51,10 +52,12 @@ class SidePanels : public QSplitter {
   PointPanel* points_;
   IntensityPanel* intensity_;
   CheckPanel* check_;
+  LayerPanel* layers_;  ///< a tab while the scene has layers
   PlanPanel* plan_;
   ConvergencePanel* convergence_;
   ActionTable& actions_;
   bool researcher_ = false;
+  int layer_count_ = 0;
   int rows_ = 0;  ///< number of rows for which the height was last distributed
 };
 

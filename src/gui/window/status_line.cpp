@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "gui/look/elided_label.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -65,7 +66,16 @@ void StatusLine::refresh_view() {
   const QString voxels = tr("voxel  %1  %2  %3").arg(voxel[0]).arg(voxel[1]).arg(voxel[2]);
   const QString intensity = tr("intensity  %1").arg(volume.value(voxel[0], voxel[1], voxel[2]), 0, 'g', 6);
   const QString gap = "      ";
-  positions_ = {position + gap + voxels + gap + intensity, position + gap + intensity, position};
+  QString layers;
+  for (const LayerItem& layer : workbench_.scene().layers) {
+    const std::optional<double> value = workbench_.layer_images().value_at(layer, view.crosshair_mm);
+    if (!layer.visible || !view.show_layers) continue;
+    layers += gap + text(layer.name) + "  " + (value ? QString::number(*value, 'g', 6) : QString("-"));
+    if (value && !layer.unit.empty()) layers += " " + text(layer.unit);
+  }
+  const QString values = intensity + layers;
+  positions_ = {position + gap + voxels + gap + values, position + gap + values, values, position};
+  if (layers.isEmpty()) positions_.removeAt(2);
   contrast_->setText(tr("window %1  level %2").arg(view.window, 0, 'g', 4).arg(view.level, 0, 'g', 4));
   show_position();
 }

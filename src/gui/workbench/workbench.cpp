@@ -84,6 +84,7 @@ void Workbench::open(Scene scene, Volume volume, References references, UndoHist
   idle_session().open(std::move(scene), std::move(volume), std::move(history));
   concurrent_.reset();  // the result belongs to the previous scene
   references_ = std::move(references);
+  layer_images_ = {};
   patient_.clear();
   series_.clear();
   cuts_.clear();
@@ -96,6 +97,7 @@ void Workbench::open(Scene scene, Volume volume, References references, UndoHist
   paused_by_user_ = false;
   drag_pause_.stop();
   mark_saved();
+  view.active_layer = this->scene().layers.empty() ? 0 : this->scene().layers.front().id;
   const std::vector<MeshItem>& meshes = this->scene().meshes;
   view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
   view.selected_point = view.hovered_point = view.last_measurement = view.hovered_measurement = 0;
@@ -147,6 +149,12 @@ void Workbench::set_intensity_unit(const std::string& unit) {
   emit view_changed();
 }
 
+void Workbench::add_layer_images(const LayerImages& images) {
+  layer_images_.add(images);
+  emit layer_images_changed();
+  emit view_changed();
+}
+
 void Workbench::add_reference(const std::string& path, Volume labels, std::shared_ptr<const LabelFile> file) {
   references_.add(path, std::move(labels), std::move(file));
   emit references_changed();
@@ -182,6 +190,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   const bool adds_point = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddLasso>(command);
   if (id != 0 && adds_point) view.selected_point = id;
   if (id != 0 && std::holds_alternative<AddMeasurement>(command)) view.last_measurement = id, view.selected_point = 0;
+  if (id != 0 && std::holds_alternative<AddLayer>(command)) view.active_layer = id;
   forget_missing_items();
   failed_ = false;
   const bool places =
@@ -232,6 +241,7 @@ void Workbench::show_notice() {
 
 void Workbench::forget_missing_items() {
   if (!scene().find_mesh(view.active_mesh)) view.active_mesh = scene().meshes.empty() ? 0 : scene().meshes.front().id;
+  if (!scene().find_layer(view.active_layer)) view.active_layer = scene().layers.empty() ? 0 : scene().layers.back().id;
   if (!scene().find_point(view.selected_point)) view.selected_point = 0;
   if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
   if (!scene().find_measurement(view.last_measurement)) view.last_measurement = 0;

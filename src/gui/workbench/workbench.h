@@ -11,6 +11,7 @@
 
 #include "gui/look/view_state.h"
 #include "gui/workbench/repeated_warning.h"
+#include "io/scene/layer_images.h"
 #include "io/scene/references.h"
 #include "session/session.h"
 
@@ -42,6 +43,10 @@ class Workbench : public QObject {
   const References& references() const { return references_; }
   /// Adds labels on the volume's grid, to which meshes can then refer (SetReference); see References::add().
   void add_reference(const std::string& path, Volume labels, std::shared_ptr<const LabelFile> file = nullptr);
+
+  /// Images and transform files of the scene's layers, as far as they could be read.
+  const LayerImages& layer_images() const { return layer_images_; }
+  void add_layer_images(const LayerImages& images);
 
   /// Opens a scene, and sets crosshair, window and level for the volume. Throws the errors of
   /// Session::open().
@@ -121,6 +126,7 @@ class Workbench : public QObject {
   void mesh_placed();                              ///< the user placed the seed or box of the active mesh
   void restarted();                                ///< a scene was opened, or meshes were reset
   void references_changed();
+  void layer_images_changed();
   void point_moved();  ///< a point or measurement; scene_changed follows when the drag ends or pauses
   void view_changed();
   void volume_changed();
@@ -154,6 +160,7 @@ class Workbench : public QObject {
   std::uint64_t advance_serial_ = 0;               ///< number of concurrent advances so far
   QThreadPool side_thread_;
   References references_;
+  LayerImages layer_images_;
   QString patient_, series_;
   std::string intensity_unit_;
   RepeatedWarning cuts_, warnings_;

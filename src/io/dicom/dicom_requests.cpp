@@ -3,6 +3,7 @@
 
 #include <gdcmReader.h>
 
+#include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -21,6 +22,9 @@ std::vector<std::string> in_reader::read_dicom_values(const fs::path& path, cons
     const char* const syntax = file.GetHeader().GetDataSetTransferSyntax().GetString();
     const bool is_syntax = tag.group == kTransferSyntax.group && tag.element == kTransferSyntax.element;
     std::string text = is_syntax ? std::string(syntax ? syntax : "") : raw_text_of(file.GetDataSet(), tag);
+    if (text.empty() && !is_syntax)
+      first_item(file.GetDataSet(), {0x0054, 0x0016},
+                 [&](const gdcm::DataSet& item) { text = raw_text_of(item, tag); });
     texts.push_back(text.size() > max_text ? std::string() : std::move(text));
   }
   return texts;

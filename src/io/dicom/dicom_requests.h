@@ -98,8 +98,9 @@ inline constexpr RequestType<void, std::vector<CompressedFile>> kDicomPixels{"di
 inline constexpr DicomTag kTransferSyntax{0x0002, 0x0010};
 
 /// Reads texts of the data set up to the pixels. Returns one text for each tag, without padding and in the character
-/// set of the file; empty when the element is missing or longer than any text of the standard. Throws like
-/// request_result(). The caller has checked the file by damage_of_header().
+/// set of the file; empty when the element is missing or longer than any text of the standard. An element
+/// that the data set does not have is read from the first item of its Radiopharmaceutical Information Sequence
+/// (0054,0016). Throws like request_result(). The caller has checked the file by damage_of_header().
 std::vector<std::string> read_dicom_values(const std::filesystem::path& file, const std::vector<DicomTag>& tags);
 
 namespace in_reader {

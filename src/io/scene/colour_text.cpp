@@ -29,4 +29,10 @@ Colour read_colour_text(const JsonInput& input) {
   return {channel(1), channel(3), channel(5)};
 }
 
+Colour colour_from_json(const JsonInput& input) {
+  if (input.size() != 3) input.fail("a colour must have three numbers", "write [red, green, blue]");
+  const auto channel = [&input](int c) { return static_cast<std::uint8_t>(input[c].integer_between(0, 255)); };
+  return {channel(0), channel(1), channel(2)};
+}
+
 }  // namespace simplexseg

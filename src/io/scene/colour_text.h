@@ -12,5 +12,7 @@ class JsonInput;
 std::string colour_text(const Colour& colour);
 /// Reads the text of colour_text(). Throws Error for another text.
 Colour read_colour_text(const JsonInput& input);
+/// Reads [red, green, blue], as in logs. Throws Error for other values.
+Colour colour_from_json(const JsonInput& input);
 
 }  // namespace simplexseg

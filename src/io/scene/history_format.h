@@ -23,13 +23,14 @@ inline constexpr std::uint8_t kListHead = 0x9a, kBytesHead = 0x5b, kNumberHead =
 inline constexpr std::uint8_t kMagicHead = 0x60 + kMagic.size();
 inline constexpr std::size_t kBeforeHead = 5 + 1 + kMagic.size(), kCrcBytes = 5;
 
-/// JSON that identifies the scene to which a history belongs: digests of the poses, and the numbers of points and
-/// measurements.
+/// JSON that identifies the scene to which a history belongs: digests of the poses, and the numbers of points,
+/// measurements and layers.
 template <class Json>
 Json owner_json(const Scene& scene) {
   Json owner = {{"poses", Json::array()}, {"points", scene.points.size()}};
   for (const MeshItem& item : scene.meshes) owner["poses"].push_back(pose_digest(item.mesh));
   if (!scene.measurements.empty()) owner["measurements"] = scene.measurements.size();
+  if (!scene.layers.empty()) owner["layers"] = scene.layers.size();
   return owner;
 }
 

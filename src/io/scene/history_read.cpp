@@ -121,6 +121,9 @@ class HistoryReader {
     const json measurements = saved.value("measurements", json::array());  // absent without measurements
     expect(measurements.size() == scene.measurements.size(), "a scene in it has a different number of measurements");
     for (std::size_t k = 0; k < scene.measurements.size(); ++k) scene.measurements[k].id = id_of(measurements[k]);
+    const json layers = saved.value("layers", json::array());  // absent without layers
+    expect(layers.size() == scene.layers.size(), "a scene in it has a different number of layers");
+    for (std::size_t k = 0; k < scene.layers.size(); ++k) scene.layers[k].id = id_of(layers[k]);
     check_scene(scene, volume_);
     std::set<std::size_t> used;
     std::vector<Arrays> arrays;

@@ -70,14 +70,15 @@ std::pair<std::size_t, std::size_t> nearest_steps(const UndoHistory& history, st
   return {undone, redone};
 }
 
-/// Maps ids to those that the scene gets when it is read again: its meshes, points and measurements in order, then all
-/// other ids.
+/// Maps ids to those that the scene gets when it is read again: its meshes, points, measurements and layers in order,
+/// then all other ids.
 class IdMap {
  public:
   explicit IdMap(const Scene& present) {
     for (const MeshItem& item : present.meshes) (*this)(item.id);
     for (const UserPoint& point : present.points) (*this)(point.id);
     for (const Measurement& measurement : present.measurements) (*this)(measurement.id);
+    for (const LayerItem& layer : present.layers) (*this)(layer.id);
   }
   ItemId operator()(ItemId id) {
     if (id == 0) return 0;
@@ -91,6 +92,7 @@ class IdMap {
           if constexpr (requires { c.mesh; }) c.mesh = (*this)(c.mesh);
           if constexpr (requires { c.point; }) c.point = (*this)(c.point);
           if constexpr (requires { c.measurement; }) c.measurement = (*this)(c.measurement);
+          if constexpr (requires { c.layer; }) c.layer = (*this)(c.layer);
           if constexpr (requires { c.like; }) c.like = (*this)(c.like);
           if constexpr (requires { c.other; }) c.other = (*this)(c.other);
         },
@@ -177,6 +179,7 @@ json entry_json(const UndoHistory::Entry& entry, const fs::path& scene_file, IdM
     saved["meshes"].push_back(mesh_json(scene.meshes[m], entry.scene.arrays()[m], ids, blocks));
   for (const UserPoint& point : scene.points) saved["points"].push_back(ids(point.id));
   for (const Measurement& measurement : scene.measurements) saved["measurements"].push_back(ids(measurement.id));
+  for (const LayerItem& layer : scene.layers) saved["layers"].push_back(ids(layer.id));
   return saved;
 }
 

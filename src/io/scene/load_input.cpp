@@ -70,6 +70,24 @@ void load_references_of_history(LoadedInput& input, const fs::path& folder) {
   input.warnings.insert(input.warnings.end(), found.warnings().begin(), found.warnings().end());
 }
 
+/// Loads the files of the layers of the scene, and of those that undo or redo would restore.
+void load_layers(LoadedInput& input, const fs::path& folder) {
+  input.layers.load(input.scene, folder, input.warnings);
+  Scene others;
+  for (const UndoHistory::Entries* entries : {&input.history.to_undo(), &input.history.to_redo()})
+    for (const auto& entry : *entries)
+      for (const LayerItem& layer : entry->scene.without_arrays().layers) {
+        const auto uses_same_files = [&layer](const LayerItem& other) {
+          return layer.path == other.path && layer.number == other.number && layer.series == other.series &&
+                 layer.transform.file == other.transform.file;
+        };
+        if (std::none_of(input.scene.layers.begin(), input.scene.layers.end(), uses_same_files) &&
+            std::none_of(others.layers.begin(), others.layers.end(), uses_same_files))
+          others.layers.push_back(layer);
+      }
+  input.layers.load(others, folder, input.warnings);
+}
+
 /// Loads the undo history. An error only adds a warning, since the scene is complete without a history.
 void load_history(LoadedInput& input, const fs::path& path) {
   try {
@@ -85,6 +103,7 @@ void load_history(LoadedInput& input, const fs::path& path) {
 LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
   LoadedInput input = load_scene(read_scene(path), path.parent_path(), options);
   if (options.history == LoadOptions::History::Read) load_history(input, path);
+  if (options.layers == LoadOptions::Layers::Read) load_layers(input, path.parent_path());
   return input;
 }
 
@@ -103,7 +122,9 @@ LoadedInput load_scene(SceneFile file, const fs::path& folder, const LoadOptions
 
 LoadedInput load_input(const fs::path& path, int volume, const std::string& series) {
   if (path.extension() == ".json")
-    return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn, .history = LoadOptions::History::Read});
+    return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn,
+                             .history = LoadOptions::History::Read,
+                             .layers = LoadOptions::Layers::Read});
   LoadedInput input;
   input.scene.volume_path = fs::absolute(path).string();
   input.scene.volume_number = volume;

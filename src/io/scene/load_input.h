@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image/volume.h"
+#include "io/scene/layer_images.h"
 #include "io/scene/references.h"
 #include "io/scene/scene_io.h"
 #include "session/scene.h"
@@ -22,6 +23,7 @@ struct LoadedInput {
   std::string patient, series;        ///< DICOM patient name, else patient ID; series description; empty if missing
   std::string intensity_unit;         ///< unit of the voxels, "HU" for CT in DICOM; empty if unknown
   References references;
+  LayerImages layers;                 ///< empty unless LoadOptions::layers is Read
   UndoHistory history;                ///< empty unless LoadOptions::history is Read
   std::vector<std::string> warnings;  ///< one line each, for the user
   bool is_dicom = false;              ///< the volume is a DICOM image, so DICOM output can refer to it
@@ -33,6 +35,7 @@ struct LoadOptions {
   enum class Voxels { Read, Skip };
   enum class BadReference { Throw, Warn };
   enum class History { Skip, Read };
+  enum class Layers { Skip, Read };
 
   std::vector<std::string> settings{};  ///< assignments for set_by_path(), applied before other files are read
   /// Skip: the volume has its geometry and voxel type, but all voxels are 0; references are not read.
@@ -40,6 +43,8 @@ struct LoadOptions {
   BadReference bad_reference = BadReference::Throw;
   /// Read: restores the undo history; a history that cannot be read adds a warning.
   History history = History::Skip;
+  /// Read: loads the files of layers, also of those in the undo history; a file that cannot be read adds a warning.
+  Layers layers = Layers::Skip;
   /// Called with the scene and its settings before the volume is read; may throw. Empty: not called.
   std::function<void(const SceneFile&)> check{};
 };

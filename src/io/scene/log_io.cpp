@@ -11,9 +11,11 @@
 #include "core/error.h"
 #include "io/platform/atomic_file.h"
 #include "io/scene/code_text.h"
+#include "io/scene/colour_text.h"
 #include "io/scene/json_input.h"
 #include "io/scene/json_output.h"
 #include "io/scene/label_numbers.h"
+#include "io/scene/layer_text.h"
 #include "io/scene/mesh_model.h"
 #include "io/scene/mesh_start.h"
 #include "io/scene/parameter_json.h"
@@ -33,12 +35,6 @@ constexpr int kMaxInt = std::numeric_limits<int>::max();
 // has the key "command" and may have the key "after_steps".
 
 Json colour_json(const Colour& c) { return Json::array({c.red, c.green, c.blue}); }
-
-Colour colour_from_json(const JsonInput& input) {
-  if (input.size() != 3) input.fail("a colour must have three numbers", "write [red, green, blue]");
-  const auto channel = [&input](int c) { return static_cast<std::uint8_t>(input[c].integer_between(0, 255)); };
-  return {channel(0), channel(1), channel(2)};
-}
 
 void expect_keys(const JsonInput& input, std::vector<std::string> known) {
   known.insert(known.end(), {"after_steps", "command"});
@@ -325,6 +321,9 @@ void read_keys(const JsonInput& in, MeshCommand auto& c) {
   c.mesh = read_id(in["mesh"]);
 }
 
+Json keys_json(const LayerCommand auto& c) { return layer_keys_json<Json>(c); }
+void read_keys(const JsonInput& in, LayerCommand auto& c) { read_layer_keys(in, c); }
+
 template <class C>
 concept EmptyCommand = std::is_empty_v<C>;
 Json keys_json(const EmptyCommand auto&) { return Json::object(); }
@@ -364,7 +363,10 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "delete_measurement",
                                          "add_lasso",
                                          "set_intensity_range",
-                                         "set_model"};
+                                         "set_model",
+                                         "add_layer",
+                                         "edit_layer",
+                                         "remove_layer"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

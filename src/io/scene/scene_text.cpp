@@ -12,6 +12,7 @@
 #include "io/scene/json_input.h"
 #include "io/scene/json_output.h"
 #include "io/scene/label_numbers.h"
+#include "io/scene/layer_text.h"
 #include "io/scene/log_io.h"
 #include "io/scene/mesh_model.h"
 #include "io/scene/mesh_start.h"
@@ -221,7 +222,7 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     input.fail("it is not a scene: the key 'simplexseg_scene' is missing", "choose a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
   input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "simulation", "forces",
-                     "meshes", "points", "measurements", "steps", "view", "labels"});
+                     "meshes", "points", "measurements", "layers", "steps", "view", "labels"});
   Scene scene;
   scene.simulation = default_simulation_parameters();
   if (input.has("volume")) scene.volume_path = absolute_if_found(input["volume"].text(), folder);
@@ -261,6 +262,11 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     scene.measurements.push_back(read_measurement(input["measurements"][m]));
     scene.measurements.back().id = static_cast<ItemId>(mesh_count + point_count + m + 1);
   }
+  const int layer_count = input.has("layers") ? input["layers"].size() : 0;
+  for (int n = 0; n < layer_count; ++n) {
+    scene.layers.push_back(layer_from_json(input["layers"][n], folder));
+    scene.layers.back().id = static_cast<ItemId>(mesh_count + point_count + measurement_count + n + 1);
+  }
   if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
   return scene;
 }
@@ -285,6 +291,8 @@ std::string scene_text(const fs::path& path, const Scene& scene, const std::vect
   for (const UserPoint& point : scene.points) json["points"].push_back(point_json(point, scene));
   for (const Measurement& m : scene.measurements)
     json["measurements"].push_back(measurement_json<Json>(m.kind, m.points_mm, m.name));
+  for (const LayerItem& layer : scene.layers)
+    json["layers"].push_back(layer_json<Json>(layer, [&](const std::string& file) { return portable(file, folder); }));
   json["steps"] = scene.steps;
   if (scene.view) json["view"] = view_json(*scene.view);
   LabelNumbers labels = scene.labels;

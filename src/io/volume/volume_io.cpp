@@ -186,6 +186,11 @@ LoadedVolume load_volume(const VolumeSource& source, const fs::path& path, std::
     loaded.patient = texts.patient.empty() ? texts.patient_id : texts.patient;
     loaded.series = texts.series;
     if (texts.modality == "CT") loaded.intensity_unit = "HU";
+    if (texts.modality == "PT") {
+      const PetAttributes pet = read_pet_attributes(source.dicom.front().file);
+      loaded.intensity_unit = unit_of_pet(pet);
+      loaded.uptake = uptake_scale(pet);
+    }
   }
   loaded.warnings = info.warnings;
   if (source.voxel_warnings && !segment)

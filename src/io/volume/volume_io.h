@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image/volume.h"
+#include "io/dicom/uptake.h"
 #include "io/source/segment_names.h"
 #include "io/source/volume_info.h"
 
@@ -24,7 +25,8 @@ struct LoadedVolume {
   bool is_dicom = false;       ///< read from a DICOM image, so DICOM output can refer to it
   std::vector<SegmentName> segments;
   std::string patient, series;        ///< DICOM patient name, else patient ID; series description; empty if missing
-  std::string intensity_unit;         ///< "HU" for CT in DICOM; empty if unknown
+  std::string intensity_unit;         ///< "HU" for CT in DICOM, "Bq/ml" for PET; empty if unknown
+  UptakeScale uptake;                 ///< PET in DICOM: factor to SUVbw, or the reason why there is none
   std::vector<std::string> warnings;  ///< warnings of VolumeInfo and about voxel values, one line each
 };
 
