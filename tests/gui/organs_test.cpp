@@ -321,7 +321,7 @@ TEST_F(OrgansTest, SixOrgansArePaintedToTheVoxelInEightMinutes) {
     ASSERT_TRUE(wait_until_settled());
   }
   const double marked = user_seconds();
-  // An organ is painted while others settle or take voxels of its border: the user looks at all of them again.
+  // An organ is painted while others settle or take voxels of its border: the user checks all of them again.
   std::vector<int> lassos(organs.size());
   for (bool painted = true; painted;) {
     painted = false;
