@@ -119,7 +119,8 @@ void ModelFitter::prepare(const Mark* seed) {
     State state = start_of(prior, turn);
     state.shift += shift;
     for (int k = 0; k < kStartIterations; ++k) iterate(state, prior, {}, kStartStride, 1.5);
-    starts.push_back({state, energy_of(state, prior, kStartStride, nullptr), anywhere});
+    if (!anywhere || is_inside(state, seed->position_mm))
+      starts.push_back({state, energy_of(state, prior, kStartStride, nullptr), anywhere});
   };
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
   add(false, none, none);
@@ -139,6 +140,8 @@ void ModelFitter::prepare(const Mark* seed) {
     for (int k = 0; k < kIterations; ++k)
       iterate(start.state, prior, {}, 1, k < kIterations / 3 ? 1.25 : k < 2 * kIterations / 3 ? 1.0 : 0.75);
     start.energy = energy_of(start.state, prior, 1, nullptr);
+    if (start.anywhere && !is_inside(start.state, seed->position_mm))
+      start.energy = std::numeric_limits<double>::infinity();
   }
   const Start& best = *std::ranges::min_element(starts, {}, &Start::energy);
   of_seed_ = std::make_shared<State>(best.state);
@@ -157,6 +160,13 @@ ModelFitter::State ModelFitter::start_of(const Prior& prior, const Eigen::Vector
 Eigen::Matrix3Xd ModelFitter::points_at(const State& state) const {
   return Similarity{std::exp(state.log_scale), rotation_of(state.rotation),
                     state.shift}(shape_of(model_.shape, state.coefficients));
+}
+
+bool ModelFitter::is_inside(const State& state, const Eigen::Vector3d& place) const {
+  const Eigen::Matrix3Xd x = points_at(state);
+  Eigen::Index nearest = 0;
+  (x.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
+  return normals_of(model_.shape.mean.neighbours, x).col(nearest).dot(place - x.col(nearest)) < 0;
 }
 
 void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark> marks, int stride,

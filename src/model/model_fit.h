@@ -47,6 +47,8 @@ class ModelFitter {
   void prepare(const Mark* seed);
   State start_of(const Prior& prior, const Eigen::Vector3d& turn) const;
   Eigen::Matrix3Xd points_at(const State& state) const;
+  /// Whether a place is on the inner side of the surface, at its nearest vertex.
+  bool is_inside(const State& state, const Eigen::Vector3d& place) const;
   void iterate(State& state, const Prior& prior, std::span<const Mark> marks, int stride, double widest) const;
   /// Negative logarithm of the posterior, up to a constant. `cost`: receives ModelFit::cost; may be null.
   double energy_of(const State& state, const Prior& prior, int stride, double* cost) const;
