@@ -23,7 +23,7 @@ constexpr double kMostCost = 9;                ///< bound of the mean squared di
 constexpr double kShiftDeviation = 2;          ///< prior deviation of a shift, samples
 constexpr int kStartIterations = 6, kIterations = 20, kMarkIterations = 12;
 constexpr int kStartStride = 3;         ///< every so many vertices compare orientations
-constexpr std::size_t kBestStarts = 3;  ///< orientations from which the iteration is completed
+constexpr int kBestStarts = 3;          ///< orientations from which the iteration is completed
 constexpr double kLeastTurn = 0.15;     ///< least deviation of rotations among the starts, radians
 constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
 /// For a seed that is not in the deepest place: deviation of its place, sizes of the mean shape, and of the logarithm
@@ -49,6 +49,12 @@ std::array<float, kCount> profile_costs(const std::array<float, kSamples + kCoun
     for (int s = 0; s < kCount; ++s) costs[s] += sum[s] * sum[s];
   }
   return costs;
+}
+
+int nearest_vertex(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& place) {
+  Eigen::Index nearest = 0;
+  (points.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
+  return static_cast<int>(nearest);
 }
 
 }  // namespace
@@ -134,7 +140,10 @@ void ModelFitter::prepare(const Mark* seed) {
     for (const double shift : kAnywhereShifts)
       add(true, none, shift / std::sqrt(priors[1].precision[4 + a]) * Eigen::Vector3d::Unit(a));
   std::ranges::stable_sort(starts, {}, &Start::energy);
-  starts.resize(std::min(starts.size(), kBestStarts));
+  // Of the starts for a seed in the deepest place, the best one is always completed: the others may lose the seed.
+  const auto deepest = std::ranges::find(starts, false, &Start::anywhere);
+  if (deepest >= starts.begin() + kBestStarts) std::iter_swap(deepest, starts.begin() + kBestStarts - 1);
+  starts.resize(kBestStarts);
   for (Start& start : starts) {
     const Prior& prior = priors[start.anywhere];
     for (int k = 0; k < kIterations; ++k)
@@ -164,9 +173,8 @@ Eigen::Matrix3Xd ModelFitter::points_at(const State& state) const {
 
 bool ModelFitter::is_inside(const State& state, const Eigen::Vector3d& place) const {
   const Eigen::Matrix3Xd x = points_at(state);
-  Eigen::Index nearest = 0;
-  (x.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
-  return normals_of(model_.shape.mean.neighbours, x).col(nearest).dot(place - x.col(nearest)) < 0;
+  const int v = nearest_vertex(x, place);
+  return normals_of(model_.shape.mean.neighbours, x).col(v).dot(place - x.col(v)) < 0;
 }
 
 void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark> marks, int stride,
@@ -217,10 +225,7 @@ void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark
     weight[v] += precision;
   };
   for (const Mark& mark : marks) {
-    Eigen::Index nearest = 0;
-    const Eigen::VectorXd squares = (x.colwise() - mark.position_mm).colwise().squaredNorm().transpose();
-    squares.minCoeff(&nearest);
-    const auto v = static_cast<int>(nearest);
+    const int v = nearest_vertex(x, mark.position_mm);
     const double out = normals.col(v).dot(mark.position_mm - x.col(v));  // of the mark, beyond the surface
     if (mark.kind == MarkKind::Boundary) {
       observe(v, out, deviation_of_mark);
