@@ -140,7 +140,7 @@ void ModelFitter::prepare(const Mark* seed) {
     for (const double shift : kAnywhereShifts)
       add(true, none, shift / std::sqrt(priors[1].precision[4 + a]) * Eigen::Vector3d::Unit(a));
   std::ranges::stable_sort(starts, {}, &Start::energy);
-  // Of the starts for a seed in the deepest place, the best one is always completed: the others may lose the seed.
+  // The best start for a seed in the deepest place is always completed: the others may lose the seed.
   const auto deepest = std::ranges::find(starts, false, &Start::anywhere);
   if (deepest >= starts.begin() + kBestStarts) std::iter_swap(deepest, starts.begin() + kBestStarts - 1);
   starts.resize(kBestStarts);
