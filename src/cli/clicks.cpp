@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -24,6 +25,7 @@
 #include "field/field_subject.h"
 #include "field/prior_network.h"
 #include "field/robot_user.h"
+#include "image/transform.h"
 #include "io/labels/label_file.h"
 #include "io/platform/files.h"
 #include "io/platform/output_checks.h"
@@ -45,7 +47,7 @@ constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
 struct ClicksOptions {
   std::string image, labels, robot = "mark", backend = "cpu", json, csv, pictures, network, model;
   std::vector<double> label;
-  std::vector<std::string> without, settings_of_mesh;
+  std::vector<std::string> without, settings_of_mesh, further;
   RobotSettings settings;
   int threads = 0;
 };
@@ -136,6 +138,7 @@ class FieldWithoutMesh : public FieldSubject<ClickSubject> {
   void use_model(std::shared_ptr<const OrganModel> model, const Volume& image, const RunJobs& run) {
     changeable_field().set_shape_prior(shape_prior_maker(std::move(model), image, run));
   }
+  void use_images(FieldImages images) { changeable_field().set_images(std::move(images)); }
   Mask field_object() const override { return field().object(); }
   bool leaks() const override { return field().report().leaks; }
   double expected_dice() const override { return field().report().expected_dice; }
@@ -287,6 +290,10 @@ void clicks(const ClicksOptions& options, const Console& console) {
       if (part->remove_from_model) part->remove_from_model(*model);
   }
   const Volume image = read_volume(options.image);
+  FieldImages images;
+  for (const std::string& file : options.further)
+    images.further.push_back(
+        resample_through(read_volume(file), image.geometry(), {}, 0, std::numeric_limits<float>::quiet_NaN()));
   const int threads =
       options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   ThreadPool pool(threads);
@@ -320,6 +327,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
         auto field =
             std::make_unique<FieldWithoutMesh>(image, run, settings, engine_for(options.backend, threads).fields);
         if (model) field->use_model(model, image, run);
+        field->use_images(images);
         subject = std::move(field);
       } else
         subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings,
@@ -354,6 +362,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
                  {"seed_offset", options.settings.seed_offset},
                  {"local", options.settings.local},
                  {"without", options.without},
+                 {"further", options.further},
                  {"backend", options.backend},
                  {"threads", threads},
                  {"metric_definitions", Json::object()},
@@ -416,6 +425,11 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option("--model", options->model,
                  "Model of the object (simplexseg-cli model train); with robots of the field")
       .not_empty();
+  sub.add_option(
+         "--further", options->further,
+         "Further image of the same place, which informs the prior of the field; may be repeated; with robots of "
+         "the field")
+      .one_value_each();
   sub.add_option("--json", options->json, "Output file (JSON) with all clicks").not_empty();
   sub.add_option("--csv", options->csv, "Output file (CSV) with all clicks").not_empty();
   sub.add_option("--pictures", options->pictures, "Output folder for a picture of each object after the last click")

@@ -13,6 +13,7 @@
 #include "core/number_text.h"
 #include "io/platform/data_path.h"
 #include "io/platform/files.h"
+#include "io/scene/layer_images.h"
 #include "io/scene/references.h"
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
@@ -133,6 +134,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   report.note = choice.note;
   Session session(std::move(choice.engine), std::move(choice.make_fallback), options.max_threads);
   session.set_field_solver(std::move(choice.fields));
+  session.set_layer_source(layer_file_source(fs::path(input.scene).parent_path()));
   session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
   report.load_ms = 1000 * (seconds_now() - input.start);
 

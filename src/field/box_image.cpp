@@ -213,6 +213,17 @@ BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox&
   return image;
 }
 
+void fill_with_mean(BoxImage& image) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < image.value.size(); ++v)
+    if (image.finite[v]) sum += image.value[v], ++count;
+  if (count == image.value.size() || count == 0) return;
+  const auto mean = static_cast<float>(sum / static_cast<double>(count));
+  for (std::size_t v = 0; v < image.value.size(); ++v)
+    if (!image.finite[v]) image.value[v] = mean;
+}
+
 std::vector<std::uint8_t> cells_in_range(const Volume& volume, const CellSize& cell, const VoxelBox& box,
                                          const IntensityRange& range, const std::array<double, 3>& spacing_mm,
                                          double smoothing, const RunJobs& run) {

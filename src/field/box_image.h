@@ -31,6 +31,8 @@ struct BoxImage {
 /// Image of a box of cells in the intensities of the volume. The intensity of a cell is the mean of its finite voxels,
 /// weighted by the fraction of each that lies in the cell; the cell is finite if these are at least half of it.
 BoxImage extract_intensities(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
+/// Sets the cells that are not finite to the mean of the others.
+void fill_with_mean(BoxImage& image);
 /// extract_intensities() scaled to 0 at the 1st percentile of the box and 1 at the 99th, clamped.
 BoxImage extract_box(const Volume& volume, const CellSize& cell, const VoxelBox& box, const RunJobs& run);
 

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "field/voxel_features.h"
+#include <utility>
 
 namespace simplexseg {
 namespace {
@@ -28,13 +27,18 @@ std::array<int, 3> width_for(const VolumeGeometry& volume, const BoxGrid& grid, 
 }  // namespace
 
 CoarseImage coarse_image(const VolumeGeometry& volume, const BoxImage& image, const std::array<int, 3>& first,
-                         double scale_mm, const EvidenceSettings& settings, const RunJobs& run) {
+                         double scale_mm, const EvidenceSettings& settings, const RunJobs& run,
+                         std::span<const BoxImage> further) {
   CoarseImage coarse{VoxelBlocks(image.grid, width_for(volume, image.grid, scale_mm, settings)), {}, {}, {}, {}};
   const BoxGrid& grid = coarse.blocks.coarse;
   coarse.geometry = coarse.blocks.geometry(volume, first);
   for (int a = 0; a < 3; ++a) coarse.spacing_mm[a] = coarse.geometry.spacing_mm[a];
   coarse.smoothed = coarse.blocks.mean(image.value, run);
   coarse.features = voxel_features(coarse.smoothed, grid, coarse.spacing_mm, run);
+  for (const BoxImage& other : further)
+    for (std::vector<float>& feature :
+         voxel_features(coarse.blocks.mean(other.value, run), grid, coarse.spacing_mm, run))
+      coarse.features.push_back(std::move(feature));
   smooth_by_least_spacing(coarse.smoothed, grid, coarse.spacing_mm, settings.image_smoothing, run);
   return coarse;
 }

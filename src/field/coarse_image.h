@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "field/box_image.h"
@@ -10,6 +11,7 @@
 #include "field/marked_voxels.h"
 #include "field/run_jobs.h"
 #include "field/voxel_blocks.h"
+#include "field/voxel_features.h"
 #include "image/volume.h"
 
 namespace simplexseg {
@@ -22,7 +24,9 @@ struct CoarseImage {
   VolumeGeometry geometry;  ///< of the blocks
   std::array<double, 3> spacing_mm{};
   std::vector<float> smoothed;
-  FeatureLists features;  ///< voxel_features.h
+  FeatureLists features;  ///< voxel_features() of the image, then of each further one
+
+  int images() const { return static_cast<int>(features.size() / kVoxelFeatures); }
 };
 /// Constraint of a block without the marks: NotFinite or Outside if at least half of its voxels are, else `side`.
 SIMPLEXSEG_HD Constraint constraint_of_block(int outside, int not_finite, int voxels, Constraint side) {
@@ -38,8 +42,10 @@ SIMPLEXSEG_HD std::uint8_t mean_of_previous(int sum, int count) {
 }
 
 /// Computes the image of a box whose first cell is `first`, on blocks with a width for an object of this scale.
-/// `volume`: grid of all cells of the volume. Source: docs/mathematics.md 8.1.
+/// `volume`: grid of all cells of the volume; `further`: further images of the same box. Source:
+/// docs/mathematics.md 8.1.
 CoarseImage coarse_image(const VolumeGeometry& volume, const BoxImage& image, const std::array<int, 3>& first,
-                         double scale_mm, const EvidenceSettings& settings, const RunJobs& run);
+                         double scale_mm, const EvidenceSettings& settings, const RunJobs& run,
+                         std::span<const BoxImage> further = {});
 
 }  // namespace simplexseg

@@ -54,7 +54,19 @@ EvidenceField::EvidenceField(Volume volume, const RunJobs& run, const EvidenceSe
     : volume_(std::make_unique<Volume>(std::move(volume))), settings_(settings) {
   if (volume_->empty()) throw Error("the segmentation field", "no image is open", "open an image first");
   solver_ = make(*volume_, run, settings_);
+  main_ = *volume_;
   cells_ = volume_->geometry();
+}
+
+void EvidenceField::set_images(FieldImages images) {
+  const auto check_grid = [&](const Volume& image) {
+    if (!image.geometry().same_grid(volume_->geometry()))
+      throw Error("an image of the segmentation field", "it is not on the grid of the volume", "resample it first");
+  };
+  if (!images.main.empty()) check_grid(images.main);
+  for (const Volume& image : images.further) check_grid(image);
+  main_ = images.main.empty() ? *volume_ : images.main;
+  solver_->set_images(std::move(images));
 }
 
 void EvidenceField::set_region(const VoxelBox& voxels) {
@@ -181,9 +193,8 @@ void EvidenceField::measure_scale(std::span<const Mark> marks) {
     if (mark.kind != MarkKind::Outside && mark.radius_mm > largest.radius_mm) largest = mark;
   if (largest == largest_) return;
   largest_ = largest;
-  const SeedScale scale = largest.kind == MarkKind::Inside
-                              ? seed_scale(*volume_, largest.position_mm, largest.radius_mm)
-                              : SeedScale{largest.radius_mm, false};
+  const SeedScale scale = largest.kind == MarkKind::Inside ? seed_scale(main_, largest.position_mm, largest.radius_mm)
+                                                           : SeedScale{largest.radius_mm, false};
   scale_mm_ = scale.scale_mm;
   has_edges_ = scale.has_edges;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "field/evidence_settings.h"
+#include "field/field_images.h"
 #include "field/field_object.h"
 #include "field/field_solver.h"
 #include "field/marked_voxels.h"
@@ -30,6 +31,8 @@ class EvidenceField {
   explicit EvidenceField(Volume volume, const RunJobs& run = run_serially(), const EvidenceSettings& settings = {},
                          const MakeFieldSolver& make = make_cpu_field_solver);
 
+  /// Sets the images of the field, before the first update. Throws Error if one is not on the grid of the volume.
+  void set_images(FieldImages images);
   /// Sets the factory of the shape prior of the next updates; empty: none.
   void set_shape_prior(MakeShapePrior make) { make_shape_prior_ = std::move(make); }
   /// Solves the field for these marks, in the order in which they were made. Marks that were added since the last
@@ -127,6 +130,7 @@ class EvidenceField {
   bool exceeds_volume(const VoxelBox& grown) const;
 
   std::unique_ptr<Volume> volume_;  // solver_ has a reference to it
+  Volume main_;                     // FieldImages::main, or the volume
   EvidenceSettings settings_;
   MakeShapePrior make_shape_prior_;
   std::unique_ptr<FieldSolver> solver_;

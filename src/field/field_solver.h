@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "field/evidence_settings.h"
+#include "field/field_images.h"
 #include "field/field_object.h"
 #include "field/field_value.h"
 #include "field/make_field_solver.h"
@@ -45,6 +47,9 @@ struct PriorFeatures {
 class FieldSolver {
  public:
   virtual ~FieldSolver() = default;
+
+  /// Sets the images, on the grid of the volume, before the first set_box().
+  void set_images(FieldImages images) { images_ = std::move(images); }
 
   struct Solved {
     int iterations = 0;
@@ -120,6 +125,7 @@ class FieldSolver {
   VolumeGeometry cells_;  ///< grid of all cells of the volume
   VoxelBox box_{};        ///< of cells
   std::shared_ptr<const ShapePrior> shape_prior_;
+  FieldImages images_;
 
  private:
   UpdateProgress progress_;

@@ -95,8 +95,8 @@ struct MarkView {
 
   BoxGrid grid;
   const Constraint* constraints;
-  const float* image;                       ///< smoothed
-  const float* smoothed[2];                 ///< second and third of voxel_features()
+  const float* image;                       ///< smoothed; with several images combined z-scores (CombineZScores)
+  const float* smoothed[2];                 ///< second and third of voxel_features(), or combined z-scores
   const float *score, *walker;              ///< appearance score; foreground probability by the random walker
   const float *inside, *outside;            ///< geodesic distances to the marks by cost_of_changes()
   const float *edges_in, *edges_out;        ///< geodesic distances to the marks by cost_of_edges()
@@ -104,8 +104,9 @@ struct MarkView {
   const std::uint16_t* nearest;             ///< inside ball with the nearest centre
   const MarkedBall* balls;                  ///< of all marks
   IntensityZScore z_score;
-  float noise;           ///< noise_of()
-  float shell_contrast;  ///< median z-score in the shell around the marks
+  float inverse_deviation;  ///< IntensityZScore::inverse_deviation of the smoothed image
+  float noise;              ///< noise_of()
+  float shell_contrast;     ///< median z-score in the shell around the marks
   float scale_mm, radius_mm, least_spacing_mm;
   int ball_count;
   int marks;  ///< prompt_ball_count()
@@ -171,7 +172,7 @@ struct MarkView {
     set(kScaleInRadii, std::log(scale_mm / radius_mm));
     set(kBlocksPerScale, std::log(scale_mm / least_spacing_mm));
     set(kNoise, std::log(noise));
-    set(kSpread, -std::log(z_score.inverse_deviation[0]));
+    set(kSpread, -std::log(inverse_deviation));
     set(kShellContrast, shell_contrast);
     set(kMarkCount, std::log(static_cast<float>(marks)));
   }

@@ -9,6 +9,9 @@
 
 namespace simplexseg {
 
+/// Number of voxel_features() of an image.
+inline constexpr int kVoxelFeatures = 6;
+
 /// Intensity features of the voxels of a box: Gaussians of three scales, gradient lengths of two, local standard
 /// deviation. Each has mean 0 and standard deviation 1 over the box; constant features are 0.
 FeatureLists voxel_features(const std::vector<float>& image, const BoxGrid& grid,

@@ -204,11 +204,13 @@ JacobianRange jacobian_range(const Transform& transform, const VolumeGeometry& g
   return {all.min, all.max, static_cast<double>(all.folded) / static_cast<double>(all.count)};
 }
 
-Volume resample_through(const Volume& moving, const VolumeGeometry& grid, const Transform& transform, int threads) {
-  Volume result(grid, moving.type());
+Volume resample_through(const Volume& moving, const VolumeGeometry& grid, const Transform& transform, int threads,
+                        std::optional<float> outside) {
+  Volume result(grid, outside ? VoxelType::Float32 : moving.type());
+  if (outside) std::ranges::fill(result.voxels<float>(), *outside);
   const VolumeGeometry& from = moving.geometry();
   const Eigen::Affine3d world_from_index = grid.world_from_index();
-  visit_voxel_type(moving.type(), [&]<class T>(std::type_identity<T>) {
+  visit_voxel_type(result.type(), [&]<class T>(std::type_identity<T>) {
     const auto to = result.voxels<T>();
     ThreadPool pool = make_pool(threads);
     pool.run(grid.size[2], [&](int k) {

@@ -79,8 +79,10 @@ struct JacobianRange {
 JacobianRange jacobian_range(const Transform& transform, const VolumeGeometry& grid);
 
 /// Moving image on the grid of the fixed image: each voxel has the value of `moving` at its transformed centre,
-/// interpolated trilinearly and rounded for integers, or 0 outside `moving`. `threads`: number of threads, 0 for all
-/// cores. Throws Error if there is too little memory.
-Volume resample_through(const Volume& moving, const VolumeGeometry& grid, const Transform& transform, int threads = 0);
+/// interpolated trilinearly. Without `outside`, the voxels have the type of `moving`, are rounded for integers, and are
+/// 0 outside it; with it they are 32-bit floating-point numbers, and `outside` there. `threads`: number of threads, 0
+/// for all cores. Throws Error if there is too little memory.
+Volume resample_through(const Volume& moving, const VolumeGeometry& grid, const Transform& transform, int threads = 0,
+                        std::optional<float> outside = std::nullopt);
 
 }  // namespace simplexseg

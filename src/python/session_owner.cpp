@@ -6,6 +6,7 @@
 #include "app/load.h"
 #include "app/simulate.h"
 #include "app/slice_picture.h"
+#include "io/scene/layer_images.h"
 #include "python/messages.h"
 #include "session/paint.h"
 
@@ -58,6 +59,7 @@ SessionOwner::SessionOwner(std::string scene_path, LoadedInput input, Image imag
   if (!image_.volume.empty()) report_.voxel_type = to_string(image_.volume.type());
   session_ = std::make_unique<Session>(std::move(choice.engine), std::move(choice.make_fallback), threads);
   session_->set_field_solver(std::move(choice.fields));
+  session_->set_layer_source(layer_file_source(std::filesystem::path(report_.scene_path).parent_path()));
   session_->open(std::move(input.scene), image_.volume, std::move(input.history));
   report_.load_ms = 1000 * (seconds_now() - start);
 }

@@ -23,6 +23,7 @@ const char* title(const AddPoint& c) {
 const char* title(const AddLasso& c) { return c.kind == MarkKind::Inside ? "add inside lasso" : "add outside lasso"; }
 const char* title(const SetIntensityRange&) { return "change range of intensities"; }
 const char* title(const SetModel& c) { return c.model ? "set model" : "remove model"; }
+const char* title(const SetImages&) { return "choose images of segmentation"; }
 const char* title(const EditVoxels& c) { return info_of(c.edit).title; }
 const char* title(const MovePoint&) { return "move point"; }
 const char* title(const DeletePoint&) { return "delete point"; }

@@ -108,6 +108,12 @@ struct SetModel {
   ItemId mesh;
   std::shared_ptr<const MeshModel> model;  ///< null: none
 };
+/// Sets the images in which the field of a mesh is solved (MeshItem::images). Refused for a mesh with MeshItem::start,
+/// whose field does not use them.
+struct SetImages {
+  ItemId mesh;
+  MeshImages images;
+};
 struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
@@ -227,7 +233,7 @@ using Command =
                  StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
                  RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
                  ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso,
-                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer>;
+                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, SetImages>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

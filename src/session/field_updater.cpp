@@ -39,28 +39,24 @@ std::vector<std::size_t> ends_of_updates(const std::vector<Mark>& marks, bool fi
 
 using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
 
-/// Updates a field with the marks. `first`: the field has no marks yet; the most recent marks are then applied
-/// individually, because the effect of a mark depends on the field that it corrected. `report` receives the completed
-/// fraction, `publish` (may be empty) the preliminary fields of a first update. Throws only DeviceError;
-/// MeshField::problem is set for any other Error.
+/// Updates a field with the marks. `inputs`: range, model and images of the result. `first`: the field has no marks
+/// yet; the most recent marks are then applied individually, because the effect of a mark depends on the field that it
+/// corrected. `report` receives the completed fraction, `publish` (may be empty) the preliminary fields of a first
+/// update. Throws only DeviceError; MeshField::problem is set for any other Error.
 std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const EvidenceSettings& settings,
-                                       const std::string& model, std::vector<Mark> marks, std::vector<Mark> others,
+                                       const MeshField& inputs, std::vector<Mark> marks, std::vector<Mark> others,
                                        const Volume& volume, const RunJobs& run, const ReportProgress& report,
                                        const Publish& publish) {
   const IntensityRange& range = settings.intensity_range;
   const VolumeGeometry& geometry = volume.geometry();
-  auto solved = std::make_shared<MeshField>();
-  solved->intensity_range = range;
-  solved->model = model;
+  auto solved = std::make_shared<MeshField>(inputs);
   const auto take_values = [&](MeshField& to) {
     to.cell = field.cell();
     to.box = field.box();
     to.values = field.values(field_value_of(cell_geometry(geometry, field.cell())));
   };
   const auto publish_box = [&] {
-    auto preliminary = std::make_shared<MeshField>();
-    preliminary->intensity_range = range;
-    preliminary->model = model;
+    auto preliminary = std::make_shared<MeshField>(inputs);
     take_values(*preliminary);
     publish(std::move(preliminary));
   };
@@ -87,11 +83,12 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
   return solved;
 }
 
-/// Field of which a new field is an update by local marks alone; null: there is none. `marks`: those of the new one.
-std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks) {
+/// Field of which a new field is an update by local marks alone; null: there is none. `marks`, `images`: those of the
+/// new one.
+std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks, std::uint64_t images) {
   std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
   if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range ||
-      base->model != item.model_checksum())
+      base->model != item.model_checksum() || base->images != images)
     return nullptr;
   const std::size_t count = base->marks.size();
   const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
@@ -147,6 +144,7 @@ void FieldUpdater::open(const Volume& volume) {
   cancel();
   if (solving_mesh_ != 0) finish();
   fields_.clear();
+  layer_images_.clear();
   volume_ = std::make_unique<Volume>(volume);
 }
 
@@ -155,7 +153,8 @@ void FieldUpdater::discard_deleted(const Scene& scene) {
                 [&](const auto& field) { return field.first != solving_mesh_ && !scene.find_mesh(field.first); });
 }
 
-void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others) {
+void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others, LayersOfField layers,
+                         std::uint64_t images) {
   SIMPLEXSEG_EXPECT(solving_mesh_ == 0 && volume_ && !volume_->empty());
   if (!pool_) pool_ = std::make_unique<ThreadPool>(threads_, true);
   const auto stop_if_cancelled = [this] {
@@ -173,6 +172,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   solving_marks_ = marks;
   solving_range_ = item.intensity_range;
   solving_model_ = item.model_checksum();
+  solving_images_ = images;
   cancelled_ = false;
   progress_ = 0;
   running_ = true;
@@ -207,18 +207,30 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     return;
   }
   Field& field_of_mesh = fields_[item.id];
-  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_checksum())
-    field_of_mesh = {item.intensity_range, item.model_checksum(), nullptr};
-  std::shared_ptr<const MeshField> base = base_of(item, marks);
-  start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, model = item.model,
-                       base = std::move(base), marks = std::move(marks), others = std::move(others), run,
-                       stop_if_cancelled, publish] {
+  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_checksum() ||
+      field_of_mesh.images != images)
+    field_of_mesh = {item.intensity_range, item.model_checksum(), images};
+  MeshField inputs;
+  inputs.intensity_range = item.intensity_range, inputs.model = item.model_checksum(), inputs.images = images;
+  std::shared_ptr<const MeshField> base = base_of(item, marks, images);
+  start_in_background([this, of_mesh = &field_of_mesh, inputs = std::move(inputs), model = item.model,
+                       layers = std::move(layers), source = layer_on_grid_, base = std::move(base),
+                       marks = std::move(marks), others = std::move(others), run, stop_if_cancelled, publish] {
+    std::unique_ptr<EvidenceField>* const one = &of_mesh->field;
     const auto solve_with = [&](const MakeFieldSolver& make) {
       EvidenceSettings settings = settings_;
-      settings.intensity_range = range;
+      settings.intensity_range = inputs.intensity_range;
       const auto make_field = [&] {
         *one = std::make_unique<EvidenceField>(*volume_, run, settings, make);
-        if (model) (*one)->set_shape_prior(shape_prior_maker(model->organ, *volume_, run));
+        const auto image = [&](const std::optional<LayerItem>& layer) {
+          return layer ? *of_mesh->layers.emplace_back(image_of(*layer, source)) : *volume_;
+        };
+        FieldImages images;
+        of_mesh->layers.clear();
+        if (layers.main) images.main = image(layers.main);
+        for (const std::optional<LayerItem>& layer : layers.further) images.further.push_back(image(layer));
+        if (model) (*one)->set_shape_prior(shape_prior_maker(model->organ, layers.main ? images.main : *volume_, run));
+        (*one)->set_images(std::move(images));
       };
       // After an undo, a cancellation or the start of the program, local marks change the field that the mesh has.
       bool first = !*one;
@@ -229,7 +241,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       }
       // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(
-          **one, first, settings, model ? model->checksum : "", marks, others, *volume_, run,
+          **one, first, settings, inputs, marks, others, *volume_, run,
           [this, stop_if_cancelled, from = progress_.load()](float fraction) {
             stop_if_cancelled();
             progress_ = from + (1 - from) * fraction;
@@ -241,8 +253,24 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     } catch (const DeviceError& failure) {
       one->reset();
       return Result{solve_with(make_cpu_field_solver), failure.what()};
+    } catch (const Error& failure) {  // of the file of a layer
+      one->reset();
+      auto failed = std::make_shared<MeshField>(inputs);
+      failed->marks = marks;
+      failed->problem = failure.what();
+      failed->others = within_reach(others, *failed, volume_->geometry());
+      return Result{std::move(failed), ""};
     }
   });
+}
+
+std::shared_ptr<const Volume> FieldUpdater::image_of(const LayerItem& layer, const LayerOnGrid& source) {
+  if (!source)
+    throw Error("layer '" + layer.name + "'", "this program does not read the images of layers", "remove it");
+  std::weak_ptr<const Volume>& kept = layer_images_[digest_of(std::optional(layer))];
+  std::shared_ptr<const Volume> image = kept.lock();
+  if (!image) kept = image = std::make_shared<const Volume>(source(layer, volume_->geometry()));
+  return image;
 }
 
 bool FieldUpdater::ready() const {

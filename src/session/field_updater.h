@@ -44,13 +44,17 @@ class FieldUpdater {
 
   /// Cancels the field that is being solved, discards all fields and sets the volume of later ones.
   void open(const Volume& volume);
+  /// Sets the source of the images of layers, which is called on the background thread; without one, fields in layers
+  /// have a MeshField::problem.
+  void set_layer_source(LayerOnGrid source) { layer_on_grid_ = std::move(source); }
   /// Discards the fields of meshes that are not in the scene, except for the field that is being solved.
   void discard_deleted(const Scene& scene);
 
   /// Starts to solve the field of a mesh in the background. A volume must be open, and finish() must have returned the
   /// previous field. A mesh with MeshItem::start gets field_of_start(). `others`: inside marks of other meshes, which
-  /// are background for this mesh.
-  void start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others);
+  /// are background for this mesh. `layers`, `images`: layers_of() and digest_of() MeshItem::images.
+  void start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others, LayersOfField layers = {},
+             std::uint64_t images = 0);
   /// Stops the field that is being solved, if any, and discards its solution: ready() becomes true within milliseconds
   /// on the CPU and after the current phase on a device. The next field of the mesh is solved as its first.
   void cancel() { cancelled_ = solving_mesh_ != 0; }
@@ -59,6 +63,7 @@ class FieldUpdater {
   const std::vector<Mark>& solving_marks() const { return solving_marks_; }
   const IntensityRange& solving_range() const { return solving_range_; }  ///< of that field
   const std::string& solving_model() const { return solving_model_; }     ///< MeshField::model of that field
+  std::uint64_t solving_images() const { return solving_images_; }        ///< MeshField::images of that field
   /// Mesh whose field is being solved; 0: none.
   ItemId solving_mesh() const { return solving_mesh_; }
   /// Completed fraction of the field that is being solved, 0 to 1; never decreases before finish(). 0 if no field is
@@ -90,15 +95,23 @@ class FieldUpdater {
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<Volume> volume_;
   struct Field {
-    IntensityRange range;
-    std::string model;  ///< MeshField::model
-    std::unique_ptr<EvidenceField> field;
+    IntensityRange range{};
+    std::string model{};       ///< MeshField::model
+    std::uint64_t images = 0;  ///< MeshField::images
+    std::unique_ptr<EvidenceField> field{};
+    std::vector<std::shared_ptr<const Volume>> layers{};  ///< images of layers that the field uses
   };
+  /// Image of a layer on the grid of the volume, from `layer_images_` or a source.
+  std::shared_ptr<const Volume> image_of(const LayerItem& layer, const LayerOnGrid& source);
   std::map<ItemId, Field> fields_;
   ItemId solving_mesh_ = 0;
   std::vector<Mark> solving_marks_;
   IntensityRange solving_range_;
   std::string solving_model_;
+  std::uint64_t solving_images_ = 0;
+  LayerOnGrid layer_on_grid_;
+  /// Images of layers on the grid of the volume, by digest_of(), while a field has them.
+  std::map<std::uint64_t, std::weak_ptr<const Volume>> layer_images_;
   std::atomic<bool> cancelled_ = false;  ///< read by the background thread between parallel loops
   std::atomic<float> progress_ = 0;      ///< completed fraction, written by the background thread
   std::future<Result> result_;

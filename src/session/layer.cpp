@@ -77,7 +77,11 @@ SceneChange SceneEditor::execute(const EditLayer& command) {
 }
 
 SceneChange SceneEditor::execute(const RemoveLayer& command) {
-  layer_of(command.layer);
+  const LayerItem& layer = layer_of(command.layer);
+  for (const MeshItem& item : scene_.meshes)
+    if (item.images.uses(layer.id))
+      throw Error("layer '" + layer.name + "'", "segmentation '" + item.name + "' is computed with it",
+                  "choose other images of that segmentation first");
   std::erase_if(scene_.layers, [&](const LayerItem& one) { return one.id == command.layer; });
   return {EngineUpdate::Nothing};
 }

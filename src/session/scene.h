@@ -18,6 +18,7 @@
 #include "mesh/simplex_mesh.h"
 #include "session/layer.h"
 #include "session/mesh_field.h"
+#include "session/mesh_images.h"
 #include "session/voxel_edit.h"
 #include "step/engine.h"
 #include "step/simulation_parameters.h"
@@ -92,6 +93,7 @@ struct MeshItem {
   std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
   IntensityRange intensity_range;          ///< constraint of its field: other intensities are background
+  MeshImages images;                       ///< in which its field is solved
   std::shared_ptr<const MeshModel> model;  ///< null: none
   std::shared_ptr<const MeshField> field;  ///< field solved from the marks; null: not solved yet
   /// Set while the user has cancelled the update of `field` (is_update_cancelled()); null: not cancelled. Not saved, so

@@ -26,7 +26,7 @@ void check_values(const Scene& scene) {
     check_value(simulation_table()[k], value_of(scene.simulation, static_cast<int>(k)), "simulation");
 }
 
-void check_mesh(const MeshItem& item, const Volume& volume) {
+void check_mesh(const MeshItem& item, const Scene& scene, const Volume& volume) {
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k)
       check_value(force.parameters[k], item.parameters.values[static_cast<int>(force.id)][k],
@@ -35,6 +35,7 @@ void check_mesh(const MeshItem& item, const Volume& volume) {
   check_code(item.code, item.name);
   check_range(item, item.intensity_range);
   check_model(item, item.model.get());
+  check_images(scene, item.images, item.name);
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
 
@@ -177,7 +178,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
     if (item.id == 0) item.id = next++;
     if (!ids.insert(item.id).second)
       throw Error("segmentation '" + item.name + "'", "its id is used twice", "give each segmentation a different id");
-    check_mesh(item, volume);
+    check_mesh(item, scene, volume);
   }
   for (UserPoint& point : scene.points) {
     if (point.id == 0) point.id = next++;

@@ -41,6 +41,9 @@ class Session {
   /// takes over and pop_notice() reports it.
   void set_field_solver(MakeFieldSolver make) { field_updater_.set_solver(std::move(make)); }
 
+  /// Sets the source of the images of layers in which fields are solved (MeshItem::images).
+  void set_layer_source(LayerOnGrid source) { field_updater_.set_layer_source(std::move(source)); }
+
   /// Opens a scene on a volume, with this undo history and an empty log. Meshes without vertices get the sphere of
   /// their seed or their start; meshes and points whose id is 0 get an id. Throws Error, with nothing changed, for a
   /// seed outside the volume, a value that is not finite or out of range, an invalid mesh, or too little memory without

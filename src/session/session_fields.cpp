@@ -29,7 +29,8 @@ ItemId Session::execute(const StartFieldUpdate& command) {
     throw Error("the field of segmentation " + std::to_string(command.mesh),
                 "there is no such segmentation, no image, or another field is being solved",
                 "commit the other field first");
-  field_updater_.start(*item, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_));
+  field_updater_.start(*item, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_),
+                       layers_of(scene_, item->images), digest_of(scene_, item->images));
   item->cancelled = nullptr;
   return 0;
 }
@@ -136,8 +137,8 @@ ItemId Session::mesh_with_due_update() const {
 }
 
 /// Cancels the field that is being solved if its mesh no longer exists, if a mark of the mesh was withdrawn, its
-/// range or its model changed, or if the present field of the mesh fits all marks. Depends only on the scene and the
-/// solved marks, so a replay decides alike.
+/// range, its model or its images changed, or if the present field of the mesh fits all marks. Depends only on the
+/// scene and the solved marks, so a replay decides alike.
 void Session::cancel_useless_field_update() {
   const ItemId mesh = field_updater_.solving_mesh();
   if (mesh == 0) return;
@@ -145,6 +146,7 @@ void Session::cancel_useless_field_update() {
   const auto is_withdrawn = [&] {
     if (item->intensity_range != field_updater_.solving_range()) return true;
     if (item->model_checksum() != field_updater_.solving_model()) return true;
+    if (digest_of(scene_, item->images) != field_updater_.solving_images()) return true;
     const std::vector<Mark>& solved = field_updater_.solving_marks();
     const std::vector<Mark> now = marks_of(scene_, *item, volume_);
     return now.size() < solved.size() || !std::equal(solved.begin(), solved.end(), now.begin());

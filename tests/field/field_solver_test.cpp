@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -334,6 +335,46 @@ TEST(FieldOfAnyThreads, HasTheSameBits) {
       EXPECT_EQ(field.features().near_inside, in_turn.features().near_inside) << where;
     }
   }
+}
+
+/// The scene with its contrast inverted and other noise, and an image without the object.
+FieldImages further_images(const Scene& scene) {
+  FieldImages images;
+  const Scene again = ellipsoid(40, 1, {13, 11, 9}, 60), noise = ellipsoid(40, 1, {0.1, 0.1, 0.1}, 25);
+  Volume inverted(scene.image.geometry(), VoxelType::Float32);
+  for (std::size_t v = 0; v < inverted.voxels<float>().size(); ++v)
+    inverted.voxels<float>()[v] = 300 - again.image.voxels<float>()[v];
+  images.further = {std::move(inverted), noise.image};
+  return images;
+}
+
+TEST_P(ParallelField, OfSeveralImagesIsEqualOnAllExecutors) {
+  const Scene scene = ellipsoid(40, 1, {13, 11, 9}, 50);
+  std::vector<Mark> marks{inside({0, 0, 0}, 5)};
+  EvidenceField cpu(scene.image), field = field_of(scene), alone(scene.image);
+  cpu.set_images(further_images(scene));
+  field.set_images(further_images(scene));
+  for (const Mark& next : {outside({17, 0, 0}, 2), inside({9, 0, 0}, 2)}) {
+    cpu.update(marks), field.update(marks), alone.update(marks);
+    expect_equal(field, cpu, marks.size());
+    EXPECT_FALSE(std::ranges::equal(cpu.probability(), alone.probability()));
+    marks.push_back(next);
+  }
+}
+
+TEST(FieldOfImages, UsesTheMainImageInsteadOfTheVolume) {
+  const Scene seen = ellipsoid(36, 1, {12, 10, 9}, 25), hidden = ellipsoid(36, 1, {0.1, 0.1, 0.1}, 25);
+  const std::vector<Mark> marks{inside({0, 0, 0}, 6)};
+  EvidenceField direct(seen.image), through(hidden.image);
+  FieldImages images;
+  images.main = seen.image;
+  through.set_images(std::move(images));
+  direct.update(marks), through.update(marks);
+  EXPECT_GT(dice(seen.truth, direct.object()), 0.9);
+  EXPECT_TRUE(std::ranges::equal(direct.probability(), through.probability()));
+  FieldImages other_grid;
+  other_grid.further = {ellipsoid(20, 1, {3, 3, 3}).image};
+  EXPECT_THROW(through.set_images(std::move(other_grid)), Error);
 }
 
 TEST(FieldFeatures, AreRecordedOnRequest) {

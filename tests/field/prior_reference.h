@@ -201,7 +201,8 @@ class Reference {
     view.edges_in = edges_in_.data(), view.edges_out = edges_out_.data();
     view.from_inside = from_inside_.data(), view.from_outside = from_outside_.data();
     view.nearest = nearest_.data(), view.balls = balls_.data();
-    view.z_score = z_score_, view.noise = noise_, view.shell_contrast = shell_contrast_;
+    view.z_score = z_score_, view.inverse_deviation = z_score_.inverse_deviation[0], view.noise = noise_,
+    view.shell_contrast = shell_contrast_;
     view.scale_mm = static_cast<float>(story_.scale_mm()), view.radius_mm = static_cast<float>(story_.radius_mm());
     view.least_spacing_mm = least_spacing_mm(), view.marks = static_cast<int>(balls_.size());
     view.use_geodesic = view.use_random_walk = true;

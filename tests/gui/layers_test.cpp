@@ -11,8 +11,10 @@
 #include <QTreeWidget>
 
 #include "core/error.h"
+#include "forces/force_list.h"
 #include "gui/panels/layer_panel.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/image_menu.h"
 #include "gui/window/layer_actions.h"
 #include "gui/window/register_dialog.h"
 #include "gui/workbench/background_job.h"
@@ -94,6 +96,63 @@ class LayersTest : public PausedPhantomTest {
 
   QStringList messages_;
 };
+
+TEST_F(LayersTest, ASegmentationIsComputedOnALayer) {
+  ImageMenu& menu = *window_->findChild<ImageMenu*>();
+  EXPECT_FALSE(menu.menuAction()->isEnabled());
+  add_half();
+  ASSERT_TRUE(menu.menuAction()->isEnabled());
+  const ItemId mesh = scene().meshes.at(0).id;
+  bench().apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::weight, 1});
+  const Volume& volume = bench().session().volume();
+  const double x = volume.geometry().centre_mm().x();
+  // Share of the object on the side of the layer that is bright.
+  const auto bright_share = [&] {
+    bench().advance_steps(1);
+    const Mask object = scene().meshes.at(0).field->object(volume.geometry());
+    const Eigen::Affine3d world = object.geometry.world_from_index();
+    double bright = 0, all = 0;
+    for (int k = 0; k < object.geometry.size[2]; ++k)
+      for (int j = 0; j < object.geometry.size[1]; ++j)
+        for (int i = 0; i < object.geometry.size[0]; ++i) {
+          if (object.voxels[volume.offset(i, j, k)] == 0) continue;
+          ++all;
+          bright += (world * Eigen::Vector3d(i, j, k)).x() < x;
+        }
+    return bright / all;
+  };
+  const auto entry = [&](const char* kind, ItemId image) {
+    return menu.findChild<QAction*>(kind + QString::number(image));
+  };
+  bench().apply(AddPoint{mesh, volume.geometry().centre_mm() - Eigen::Vector3d(8, 0, 0), MarkKind::Inside, 4});
+  EXPECT_NEAR(bright_share(), 0.5, 0.1);
+  const QLabel& card = *window_->findChild<QLabel*>("card_images");
+  EXPECT_FALSE(card.isVisible());
+  entry("main_image_", layer().id)->trigger();
+  EXPECT_EQ(scene().meshes.at(0).images, (MeshImages{layer().id, {}}));
+  EXPECT_TRUE(card.isVisible());
+  EXPECT_TRUE(card.text().contains("half")) << card.text().toStdString();
+  const double on_layer = bright_share();
+  EXPECT_GT(std::abs(on_layer - 0.5), 0.15) << on_layer;
+  EXPECT_EQ(entry("further_image_", layer().id), nullptr);
+  entry("further_image_", 0)->trigger();
+  EXPECT_EQ(scene().meshes.at(0).images, (MeshImages{layer().id, {0}}));
+  EXPECT_TRUE(entry("further_image_", 0)->isChecked());
+  if (const char* folder = std::getenv("SIMPLEXSEG_PICTURES")) {
+    window_->grab().save(QString(folder) + "/images.png");
+    menu.popup(QPoint(100, 100));
+    QApplication::processEvents();
+    menu.grab().save(QString(folder) + "/image_menu.png");
+    menu.hide();
+  }
+  press(Act::Undo);
+  press(Act::Undo);
+  EXPECT_TRUE(scene().meshes.at(0).images.is_default());
+  EXPECT_FALSE(card.isVisible());
+  EXPECT_NEAR(bright_share(), 0.5, 0.1);
+  bench().apply(EditMesh{mesh, {}, {}, {}, {}, true});
+  EXPECT_FALSE(menu.menuAction()->isEnabled());
+}
 
 TEST_F(LayersTest, AnAddedImageIsBlendedWithItsColoursAndOpacity) {
   const QColor before_left = colour_at(-20, 0), before_right = colour_at(20, 0);

@@ -54,6 +54,24 @@ TEST_F(LayerIo, ASceneKeepsEveryBitOfItsLayers) {
   EXPECT_LT(read.measurements.back().id, read.layers.front().id);
 }
 
+TEST_F(LayerIo, ASceneKeepsTheImagesOfItsMeshes) {
+  Scene scene = any_scene();
+  scene.volume_path.clear();
+  scene.layers = {layer_of("/nowhere/a.nii"), layer_of("/nowhere/b.nii")};
+  scene.layers[0].id = 71, scene.layers[1].id = 72;
+  scene.meshes[0].images = {72, {0, 71}};
+  write_scene(folder_ / "scene.json", scene);
+  const Scene read = read_scene(folder_ / "scene.json").scene;
+  EXPECT_EQ(read.meshes[0].images, (MeshImages{read.layers[1].id, {0, read.layers[0].id}}));
+  EXPECT_TRUE(read.meshes[1].images.is_default());
+  std::string text = read_bytes(folder_ / "scene.json");
+  const std::size_t at = text.find("\"main\": 2");
+  ASSERT_NE(at, std::string::npos);
+  text[at + 8] = '3';
+  write_text(folder_ / "scene.json", text);
+  EXPECT_THROW(read_scene(folder_ / "scene.json"), Error);
+}
+
 TEST_F(LayerIo, ASceneWithoutLayersHasNoKeyForThem) {
   Scene scene = any_scene();
   scene.volume_path.clear();

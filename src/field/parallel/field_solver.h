@@ -104,9 +104,15 @@ class ParallelFieldSolver final : public FieldSolver {
   void set_box(const CellSize& cell, const VoxelBox& box, double scale_mm) override {
     const bool same_box = box == box_ && cell == cell_;
     if (same_box && scale_of_box_mm_ == scale_mm) return;
-    BoxImage image = extract_box(volume_, cell, box, run_);
+    const Volume& main = images_.main.empty() ? volume_ : images_.main;
+    BoxImage image = extract_box(main, cell, box, run_);
+    std::vector<BoxImage> further;
+    for (const Volume& other : images_.further) {
+      further.push_back(extract_box(other, cell, box, run_));
+      fill_with_mean(further.back());
+    }
     const VolumeGeometry cells = cell_geometry(volume_.geometry(), cell);
-    prior_.set_box(image, cells, box.first, scale_mm);
+    prior_.set_box(image, cells, box.first, scale_mm, further);
     scale_of_box_mm_ = scale_mm;
     if (same_box) return;
     release_workspace();

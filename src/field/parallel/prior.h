@@ -38,7 +38,7 @@ struct DevicePrompts {
 
 /// Prior of the field: foreground probability on blocks of cells. The width of blocks increases with the object scale,
 /// so that features do not depend on the size of the object, noise is averaged, and large objects take no longer.
-/// Features of the image are computed by the CPU, once for a box; features of marks by the executor, except for the
+/// Features of the images are computed by the CPU, once for a box; features of marks by the executor, except for the
 /// solution of the equations of the classifier and medians within the marks. Source: docs/mathematics.md 8.4.
 template <class Executor>
 class ParallelPrior {
@@ -53,9 +53,10 @@ class ParallelPrior {
         painted_(executor) {}
 
   /// Sets the image of a box of cells whose first cell is `first`, for an object of this scale. `cells`: grid of all
-  /// cells of the volume.
-  void set_box(const BoxImage& image, const VolumeGeometry& cells, const std::array<int, 3>& first, double scale_mm) {
-    coarse_ = coarse_image(cells, image, first, scale_mm, settings_, run_);
+  /// cells of the volume; `further`: further images, as many in each call.
+  void set_box(const BoxImage& image, const VolumeGeometry& cells, const std::array<int, 3>& first, double scale_mm,
+               std::span<const BoxImage> further = {}) {
+    coarse_ = coarse_image(cells, image, first, scale_mm, settings_, run_, further);
     const std::size_t n = blocks();
     if (!appearance_) appearance_.emplace(executor_, static_cast<int>(coarse_.features.size()));
     image_ = executor_.template copy_of<float>(coarse_.smoothed);
@@ -85,7 +86,7 @@ class ParallelPrior {
     executor_.each(blocks(), OutsideSources{constraints_.data(), open_, outside_, edges_out_});
     begin_geodesic(uses_previous, view.noise);
     if (settings_.use_random_walk) solve_random_walk(sharpness_of(inner_difference_, settings_));
-    view.z_score = z_score_of_marks();  // while the executor works
+    set_z_scores(view);  // while the executor works
     const auto shell = fetch_counts(BinOfShell{view});
     geodesic_->finish();
     view.shell_contrast = median_of_shell(received_counts(shell));
@@ -134,6 +135,7 @@ class ParallelPrior {
     nearest_new_ = {};
     counts_ = {};
     shape_log_odds_ = {};
+    combined_ = {};
     geodesic_.reset();
     walker_.reset();
     if (appearance_) appearance_->release_workspace();
@@ -141,9 +143,9 @@ class ParallelPrior {
   /// Memory of the executor and of the host, bytes.
   std::size_t bytes() const {
     std::size_t bytes = marks_network_.bytes() + update_network_.bytes() + painted_.bytes() + balls_.bytes() +
-                        places_.bytes() + new_balls_.bytes() + shape_log_odds_.bytes() + image_.bytes() +
-                        features_.bytes() + constraints_.bytes() + nearest_.bytes() + nearest_new_.bytes() +
-                        counts_.bytes() + host_constraints_.size();
+                        places_.bytes() + new_balls_.bytes() + shape_log_odds_.bytes() + combined_.bytes() +
+                        z_scores_.bytes() + image_.bytes() + features_.bytes() + constraints_.bytes() +
+                        nearest_.bytes() + nearest_new_.bytes() + counts_.bytes() + host_constraints_.size();
     bytes += all_floats_.bytes() + all_bytes_.bytes();
     bytes += coarse_.smoothed.size() * sizeof(float);
     for (const std::vector<float>& feature : coarse_.features) bytes += feature.size() * sizeof(float);
@@ -204,17 +206,34 @@ class ParallelPrior {
     executor_.download(constraints_.data(), std::span<Constraint>(host_constraints_));
     inner_difference_ = received_inner_difference(executor_, difference);
   }
-  /// Whether the host needs a feature, for z_score_of_marks().
-  static constexpr bool needed_on_host(std::size_t feature) { return feature == 1 || feature == 2; }
-  IntensityZScore z_score_of_marks() const {
+  /// Whether z_score_of_marks(), of an image relative to the inside marks, needs a feature: of the main one only two.
+  static constexpr bool needed_on_host(std::size_t feature) { return feature > 0 && feature % kVoxelFeatures < 3; }
+  IntensityZScore z_score_of_marks(int image) const {
     std::array<std::vector<float>, 3> values;
     const int n = blocks();
     const auto next_inside = [&](int from) { return find_value(host_constraints_, Constraint::Inside, from, n); };
     for (int v = next_inside(0); v < n; v = next_inside(v + 1)) {
-      values[0].push_back(coarse_.smoothed[v]);
-      for (int s = 1; s < 3; ++s) values[s].push_back(coarse_.features[s][v]);
+      for (int l = 0; l < 3; ++l)
+        values[l].push_back(
+            (image == 0 && l == 0 ? coarse_.smoothed : coarse_.features[kVoxelFeatures * image + l])[v]);
     }
     return fit_z_score(values);
+  }
+
+  /// Sets the z-scores of a view; those of several images are combined.
+  void set_z_scores(MarkView& view) {
+    view.z_score = z_score_of_marks(0);
+    view.inverse_deviation = view.z_score.inverse_deviation[0];
+    const int images = coarse_.images();
+    if (images == 1) return;
+    std::vector<IntensityZScore> all{view.z_score};
+    for (int n = 1; n < images; ++n) all.push_back(z_score_of_marks(n));
+    combined_ = executor_.template array<float>(3 * std::size_t(blocks()));
+    executor_.each(blocks(), CombineZScores{image_.data(), features_.data(), z_scores_.set(executor_, all), images,
+                                            blocks(), combined_.data()});
+    view.z_score = {};
+    view.image = combined_.data();
+    for (int s = 1; s < 3; ++s) view.smoothed[s - 1] = combined_.data() + std::size_t(s) * blocks();
   }
 
   MarkView view_of(const DevicePrompts& prompts) {
@@ -399,6 +418,7 @@ class ParallelPrior {
   UploadedList<Executor, MarkedBall> balls_;
   UploadedList<Executor, IndexPlace> places_;
   UploadedList<Executor, NewMarkVoxel> new_balls_;
+  UploadedList<Executor, IntensityZScore> z_scores_;
   const NewMarkVoxel* device_new_balls_ = nullptr;
 
   bool records_ = false;
@@ -409,6 +429,7 @@ class ParallelPrior {
   // A value for each block of the present box.
   Floats image_, features_;  ///< `features_`: features x blocks
   Floats shape_log_odds_;    ///< of ShapePrior
+  Floats combined_;          ///< CombineZScores; empty with one image
   Floats random_walk_;       ///< solution of the random walker of the marks alone
   // A value for each block, for an update.
   typename Executor::template Array<Constraint> constraints_;

@@ -10,6 +10,7 @@
 #include "field/parallel/constraints.h"
 #include "field/parallel/network.h"
 #include "field/update_view.h"
+#include "field/voxel_features.h"
 
 namespace simplexseg {
 
@@ -96,6 +97,28 @@ struct RandomWalkConstraints {
     finite[v] = constraints[v] != Constraint::NotFinite;
     fixed[v] = is_dirichlet(constraints[v]) && !open[v];
     if (fixed[v]) field[v] = constraints[v] == Constraint::Inside ? 1.0f : 0.0f;
+  }
+};
+
+/// z-score of several images: root mean square of those of each image, for the smoothed image and the two smoothed
+/// features.
+struct CombineZScores {
+  const float* image;               ///< smoothed main image
+  const float* features;            ///< voxel_features() of all images, one list after another
+  const IntensityZScore* z_scores;  ///< of each image
+  int images, blocks;
+  float* to;  ///< three lists
+
+  SIMPLEXSEG_HD void operator()(int v) const {
+    for (int l = 0; l < 3; ++l) {
+      float sum = 0;
+      for (int n = 0; n < images; ++n) {
+        const float* const list = n == 0 && l == 0 ? image : features + (kVoxelFeatures * n + l) * blocks;
+        const float z = z_scores[n](l, list[v]);
+        sum += z * z;
+      }
+      to[l * blocks + v] = std::sqrt(sum / static_cast<float>(images));
+    }
   }
 };
 

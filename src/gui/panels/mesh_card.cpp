@@ -142,6 +142,11 @@ void MeshCard::build_lower_row() {
   set_role(model_, "dim");
   model_->hide();
   layout()->addWidget(model_);
+  images_ = new QLabel(this);
+  images_->setObjectName("card_images");
+  set_role(images_, "dim");
+  images_->hide();
+  layout()->addWidget(images_);
 
   connect(label_, &QSpinBox::valueChanged, this, [this](int label) { edit({mesh_, {}, {}, {}, label}); });
   connect(opacity_, &QSlider::valueChanged, this, [this](int percent) {
@@ -179,6 +184,19 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
     model_->setToolTip(tr("%1: %2, error on unseen cases %3. It has no effect where it does not fit the image.")
                            .arg(file, counted_text(static_cast<std::int64_t>(organ.cases.size()), "case"),
                                 text(length_text(organ.surface_error_mm))));
+  }
+  images_->setVisible(!item.images.is_default());
+  if (!item.images.is_default()) {
+    const auto name_of = [&](ItemId image) {
+      const LayerItem* const layer = workbench_.scene().find_layer(image);
+      return layer ? text(layer->name) : tr("Volume");
+    };
+    QStringList further;
+    for (const ItemId image : item.images.further) further << name_of(image);
+    images_->setText(further.empty()
+                         ? tr("Computed on: %1").arg(name_of(item.images.main))
+                         : tr("Computed on: %1, with %2").arg(name_of(item.images.main), further.join(", ")));
+    images_->setToolTip(tr("Images in which this segmentation is computed: Segmentation > Computed on images"));
   }
   if (property("active").toBool() != active) {
     setProperty("active", active);

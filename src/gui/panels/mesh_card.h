@@ -63,7 +63,8 @@ class MeshCard : public QFrame {
   QSlider* opacity_;
   QLabel* volume_;
   QLabel* state_;
-  QLabel* model_;  ///< hidden without a model
+  QLabel* model_;   ///< hidden without a model
+  QLabel* images_;  ///< hidden unless images are chosen
 };
 
 }  // namespace simplexseg

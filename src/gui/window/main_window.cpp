@@ -35,6 +35,7 @@
 #include "gui/window/archive_actions.h"
 #include "gui/window/compare/compare_window.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/image_menu.h"
 #include "gui/window/key_dialog.h"
 #include "gui/window/label_actions.h"
 #include "gui/window/layer_actions.h"
@@ -214,6 +215,7 @@ void MainWindow::build_menus() {
   segmentation->insertMenu(segmentation->actions().at(1), new LabelPresetMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new VoxelMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new ModelMenu(*workbench_, segmentation));
+  segmentation->insertMenu(actions[Act::MeshFromLabels], new ImageMenu(*workbench_, segmentation));
   layers_->fill(*menuBar()->addMenu(tr("&Layers")));
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ = fill(

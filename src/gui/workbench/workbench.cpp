@@ -85,6 +85,7 @@ void Workbench::open(Scene scene, Volume volume, References references, UndoHist
   concurrent_.reset();  // the result belongs to the previous scene
   references_ = std::move(references);
   layer_images_ = {};
+  share_layer_images();
   patient_.clear();
   series_.clear();
   cuts_.clear();
@@ -149,8 +150,14 @@ void Workbench::set_intensity_unit(const std::string& unit) {
   emit view_changed();
 }
 
+void Workbench::share_layer_images() {
+  idle_session().set_layer_source(
+      [all = layer_images_](const LayerItem& layer, const VolumeGeometry& grid) { return all.on_grid(layer, grid); });
+}
+
 void Workbench::add_layer_images(const LayerImages& images) {
   layer_images_.add(images);
+  share_layer_images();
   emit layer_images_changed();
   emit view_changed();
 }

@@ -154,6 +154,8 @@ class Workbench : public QObject {
   struct ConcurrentAdvance;
   /// Stops the concurrent steps and returns the session.
   Session& idle_session() const;
+  /// Gives the session the images of layers in which fields are solved.
+  void share_layer_images();
 
   mutable Session session_;                        ///< access only through idle_session()
   std::unique_ptr<ConcurrentAdvance> concurrent_;  ///< null when no advance is in progress

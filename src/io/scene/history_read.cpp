@@ -123,7 +123,15 @@ class HistoryReader {
     for (std::size_t k = 0; k < scene.measurements.size(); ++k) scene.measurements[k].id = id_of(measurements[k]);
     const json layers = saved.value("layers", json::array());  // absent without layers
     expect(layers.size() == scene.layers.size(), "a scene in it has a different number of layers");
-    for (std::size_t k = 0; k < scene.layers.size(); ++k) scene.layers[k].id = id_of(layers[k]);
+    ids = {{0, 0}};
+    for (std::size_t k = 0; k < scene.layers.size(); ++k) {
+      ItemId& id = scene.layers[k].id;
+      id = ids[id] = id_of(layers[k]);
+    }
+    for (MeshItem& item : scene.meshes) {
+      item.images.main = ids.at(item.images.main);
+      for (ItemId& id : item.images.further) id = ids.at(id);
+    }
     check_scene(scene, volume_);
     std::set<std::size_t> used;
     std::vector<Arrays> arrays;

@@ -95,6 +95,10 @@ class IdMap {
           if constexpr (requires { c.layer; }) c.layer = (*this)(c.layer);
           if constexpr (requires { c.like; }) c.like = (*this)(c.like);
           if constexpr (requires { c.other; }) c.other = (*this)(c.other);
+          if constexpr (requires { c.images; }) {
+            c.images.main = (*this)(c.images.main);
+            for (ItemId& id : c.images.further) id = (*this)(id);
+          }
         },
         command);
     return command;

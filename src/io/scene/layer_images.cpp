@@ -3,6 +3,8 @@
 
 #include <zlib.h>
 
+#include <limits>
+
 #include "core/error.h"
 #include "core/number_text.h"
 #include "io/platform/data_path.h"
@@ -46,6 +48,28 @@ std::optional<double> LayerImages::value_at(const LayerItem& layer, const Eigen:
   const Eigen::Vector3d at = transform_of(layer)(world_mm);
   if (!at.allFinite() || !image->geometry().contains(at)) return std::nullopt;
   return layer.scale * image->sample(at);
+}
+
+Volume LayerImages::on_grid(const LayerItem& layer, const VolumeGeometry& grid) const {
+  const std::shared_ptr<const Volume> image = image_of(layer);
+  if (!image || !has_transform(layer))
+    throw Error("layer '" + layer.name + "'", "its image or its transform is not loaded",
+                "bring its file back and open the scene again, or choose other images of the segmentation");
+  return resample_through(*image, grid, transform_of(layer), 0, std::numeric_limits<float>::quiet_NaN());
+}
+
+LayerOnGrid layer_file_source(const fs::path& scene_folder) {
+  return [scene_folder](const LayerItem& layer, const VolumeGeometry& grid) {
+    LayerImages images;
+    Scene scene;
+    scene.layers.push_back(layer);
+    std::vector<std::string> warnings;
+    images.load(scene, scene_folder, warnings);
+    if (!images.image_of(layer) || !images.has_transform(layer))
+      throw Error("layer '" + layer.name + "'", warnings.empty() ? "its image is not loaded" : warnings.front(),
+                  "bring its file back, or choose other images of the segmentation");
+    return images.on_grid(layer, grid);
+  };
 }
 
 void LayerImages::add_image(const LayerItem& layer, std::shared_ptr<const Volume> image) {

@@ -29,6 +29,9 @@ class LayerImages {
   /// files are not loaded.
   std::optional<double> value_at(const LayerItem& layer, const Eigen::Vector3d& world_mm) const;
 
+  /// Image of a layer on a grid (LayerOnGrid). Throws Error if its files are not loaded.
+  Volume on_grid(const LayerItem& layer, const VolumeGeometry& grid) const;
+
   void add_image(const LayerItem& layer, std::shared_ptr<const Volume> image);
   void add_transform(const LayerTransform& transform, Transform loaded);
   void add(const LayerImages& others);
@@ -42,6 +45,9 @@ class LayerImages {
   std::map<Key, std::shared_ptr<const Volume>> images_;
   std::map<std::pair<std::string, std::string>, Transform> transforms_;  ///< key: path and checksum
 };
+
+/// Source of the images of layers that reads their files when they are requested, as LayerImages::load().
+LayerOnGrid layer_file_source(const std::filesystem::path& scene_folder);
 
 /// Reads a transform for a layer: an affine map becomes the matrix; a file with a displacement field is referred to by
 /// its absolute path, and its transform is stored in `loaded`. Throws the errors of read_transform().

@@ -65,6 +65,15 @@ LayerItem layer_from_json(const JsonInput& input, const std::filesystem::path& f
   return layer;
 }
 
+MeshImages images_from_json(const JsonInput& input) {
+  input.expect_keys({"main", "further"});
+  MeshImages images;
+  images.main = read_layer_id(input["main"]);
+  for (int n = 0; input.has("further") && n < input["further"].size(); ++n)
+    images.further.push_back(read_layer_id(input["further"][n]));
+  return images;
+}
+
 void read_layer_keys(const JsonInput& input, AddLayer& command) {
   input.expect_keys({"item", "after_steps", "command"});
   command.item = layer_from_json(input["item"], {});
@@ -87,6 +96,12 @@ void read_layer_keys(const JsonInput& input, EditLayer& command) {
 void read_layer_keys(const JsonInput& input, RemoveLayer& command) {
   input.expect_keys({"layer", "after_steps", "command"});
   command.layer = read_layer_id(input["layer"]);
+}
+
+void read_layer_keys(const JsonInput& input, SetImages& command) {
+  input.expect_keys({"mesh", "images", "after_steps", "command"});
+  command.mesh = read_layer_id(input["mesh"]);
+  command.images = images_from_json(input["images"]);
 }
 
 }  // namespace simplexseg

@@ -13,7 +13,8 @@ namespace simplexseg {
 class JsonInput;
 
 template <class C>
-concept LayerCommand = std::same_as<C, AddLayer> || std::same_as<C, EditLayer> || std::same_as<C, RemoveLayer>;
+concept LayerCommand = std::same_as<C, AddLayer> || std::same_as<C, EditLayer> || std::same_as<C, RemoveLayer> ||
+    std::same_as<C, SetImages>;
 
 /// JSON of a transform of a layer. `file`: path to store instead of that of the transform.
 template <class Json>
@@ -48,6 +49,16 @@ Json layer_json(const LayerItem& layer, const std::function<std::string(const st
 /// Throws Error for an unknown key and for values that check_layer() refuses.
 LayerItem layer_from_json(const JsonInput& input, const std::filesystem::path& folder);
 
+/// JSON of the images of a mesh. `number_of`: number to store for the id of a layer; 0 is the volume.
+template <class Json>
+Json images_json(const MeshImages& images, const std::function<ItemId(ItemId)>& number_of) {
+  Json json = {{"main", number_of(images.main)}};
+  for (const ItemId id : images.further) json["further"].push_back(number_of(id));
+  return json;
+}
+/// Images from the JSON of images_json(), with the stored numbers. Throws Error for an unknown key.
+MeshImages images_from_json(const JsonInput& input);
+
 /// Keys of a command in logs.
 template <class Json>
 Json layer_keys_json(const AddLayer& command) {
@@ -70,10 +81,15 @@ template <class Json>
 Json layer_keys_json(const RemoveLayer& command) {
   return {{"layer", command.layer}};
 }
+template <class Json>
+Json layer_keys_json(const SetImages& command) {
+  return {{"mesh", command.mesh}, {"images", images_json<Json>(command.images, std::identity())}};
+}
 /// Reads the keys of layer_keys_json(), and accepts those of every log entry. Throws Error for other keys and for
 /// values of another type.
 void read_layer_keys(const JsonInput& input, AddLayer& command);
 void read_layer_keys(const JsonInput& input, EditLayer& command);
 void read_layer_keys(const JsonInput& input, RemoveLayer& command);
+void read_layer_keys(const JsonInput& input, SetImages& command);
 
 }  // namespace simplexseg

@@ -2,6 +2,7 @@
 #include "io/scene/scene_text.h"
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -39,7 +40,7 @@ bool is_preset_file(const std::string& preset) { return preset.ends_with(".json"
 
 MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, const MeshReader& read_files) {
   input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "code", "forces",
-                     "final_vertices", "intensity_range", "model", "reference", "pose", "state"});
+                     "final_vertices", "intensity_range", "images", "model", "reference", "pose", "state"});
   MeshItem item;
   item.name = input["name"].text();
   if (input.has("final_vertices")) {
@@ -65,6 +66,7 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
   if (input.has("code")) item.code = read_code(input["code"]);
   if (input.has("forces")) read_forces(input["forces"], item.parameters);
   if (input.has("intensity_range")) item.intensity_range = read_range(input["intensity_range"]);
+  if (input.has("images")) item.images = images_from_json(input["images"]);
   if (input.has("model")) item.model = mesh_model_from_json(input["model"], folder);
   if (input.has("reference")) {
     const JsonInput reference = input["reference"];
@@ -148,7 +150,9 @@ std::string portable(const std::string& path, const fs::path& folder) {
   return relative.empty() || *relative.begin() == ".." ? place.lexically_normal().string() : relative.string();
 }
 
-Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::path& folder) {
+/// `number_of_layer`: number in the file of the layer with an id.
+Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::path& folder,
+               const std::function<ItemId(ItemId)>& number_of_layer) {
   Json json = {{"name", item.name},
                {"sphere", {{"centre_mm", vector_json<Json>(item.seed.centre_mm)}, {"radius_mm", item.seed.radius_mm}}},
                {"colour", colour_text(item.colour)},
@@ -162,6 +166,7 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
   if (!forces.empty()) json["forces"] = forces;
   if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;
   if (item.intensity_range.is_limited()) json["intensity_range"] = range_json<Json>(item.intensity_range);
+  if (!item.images.is_default()) json["images"] = images_json<Json>(item.images, number_of_layer);
   if (item.model) json["model"] = mesh_model_json<Json>(*item.model, portable(item.model->path, folder));
   if (item.reference) {
     json["reference"] = {{"labels", portable(item.reference->labels, folder)}};
@@ -267,6 +272,16 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     scene.layers.push_back(layer_from_json(input["layers"][n], folder));
     scene.layers.back().id = static_cast<ItemId>(mesh_count + point_count + measurement_count + n + 1);
   }
+  const auto layer_id = [&](ItemId number) {  // of the number in the file
+    if (number > scene.layers.size())
+      input["meshes"].fail("a segmentation is computed with layer " + std::to_string(number) + ", which is missing",
+                           "add that layer to the file");
+    return number == 0 ? 0 : scene.layers[number - 1].id;
+  };
+  for (MeshItem& item : scene.meshes) {
+    item.images.main = layer_id(item.images.main);
+    for (ItemId& id : item.images.further) id = layer_id(id);
+  }
   if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
   return scene;
 }
@@ -282,8 +297,12 @@ std::string scene_text(const fs::path& path, const Scene& scene, const std::vect
   json["simulation"] = simulation_json<Json>(scene.simulation);
   json["forces"] = forces_json<Json>(scene.forces, nullptr);
   json["meshes"] = Json::array();
+  const auto number_of_layer = [&](ItemId id) {  // from 1; 0: the volume
+    const auto at = std::ranges::find(scene.layers, id, &LayerItem::id);
+    return id == 0 ? 0 : static_cast<ItemId>(at - scene.layers.begin() + 1);
+  };
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    Json entry = item_json(scene.meshes[m], scene.forces, folder);
+    Json entry = item_json(scene.meshes[m], scene.forces, folder, number_of_layer);
     if (m < poses.size() && !poses[m].empty()) entry["pose"] = poses[m] + ".ply", entry["state"] = poses[m] + ".state";
     json["meshes"].push_back(std::move(entry));
   }

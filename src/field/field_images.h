@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// Images of a field other than the volume of the scene, on the grid of that volume.
+struct FieldImages {
+  /// Image in which the field finds edges and surface; empty: the volume of the scene.
+  Volume main{};
+  /// Images that inform the prior in addition, by their appearance. Where they measure helpful:
+  /// docs/results/several-images.md.
+  std::vector<Volume> further{};
+};
+
+}  // namespace simplexseg
