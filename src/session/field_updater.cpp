@@ -10,6 +10,7 @@
 #include "core/expect.h"
 #include "field/evidence_field.h"
 #include "field/field_solver.h"
+#include "field/surface_prior.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
 #include "model/model_prior.h"
@@ -199,7 +200,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       preliminary_.push_back(std::move(field));
       preliminary_changed_.notify_all();
     };
-  if (item.start) {
+  if (item.is_given()) {
     start_in_background([start = item.start->mesh, marks = std::move(marks), others = std::move(others),
                          geometry = volume_->geometry(), run]() mutable {
       return Result{correct(*start, std::move(marks), std::move(others), geometry, run), ""};
@@ -211,14 +212,15 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     field_of_mesh = {item.intensity_range, item.model_checksum(), nullptr};
   std::shared_ptr<const MeshField> base = base_of(item, marks);
   start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, model = item.model,
-                       base = std::move(base), marks = std::move(marks), others = std::move(others), run,
-                       stop_if_cancelled, publish] {
+                       start = item.start, base = std::move(base), marks = std::move(marks), others = std::move(others),
+                       run, stop_if_cancelled, publish] {
     const auto solve_with = [&](const MakeFieldSolver& make) {
       EvidenceSettings settings = settings_;
       settings.intensity_range = range;
       const auto make_field = [&] {
         *one = std::make_unique<EvidenceField>(*volume_, run, settings, make);
         if (model) (*one)->set_shape_prior(shape_prior_maker(model->organ, *volume_, run));
+        if (start) (*one)->set_shape_prior(surface_prior_maker(start->mesh, start->error_mm, volume_->geometry(), run));
       };
       // After an undo, a cancellation or the start of the program, local marks change the field that the mesh has.
       bool first = !*one;

@@ -48,8 +48,8 @@ class FieldUpdater {
   void discard_deleted(const Scene& scene);
 
   /// Starts to solve the field of a mesh in the background. A volume must be open, and finish() must have returned the
-  /// previous field. A mesh with MeshItem::start gets field_of_start(). `others`: inside marks of other meshes, which
-  /// are background for this mesh.
+  /// previous field. A mesh with MeshItem::is_given() gets field_of_start(). `others`: inside marks of other meshes,
+  /// which are background for this mesh.
   void start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others);
   /// Stops the field that is being solved, if any, and discards its solution: ready() becomes true within milliseconds
   /// on the CPU and after the current phase on a device. The next field of the mesh is solved as its first.
