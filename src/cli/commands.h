@@ -27,5 +27,6 @@ void add_model(const Subcommand& app, Action& action);
 void add_clicks(const Subcommand& app, Action& action);
 void add_register(const Subcommand& app, Action& action);
 void add_filter(const Subcommand& app, Action& action);
+void add_follow(const Subcommand& app, Action& action);
 
 }  // namespace simplexseg

@@ -30,6 +30,7 @@ struct RegisterOptions {
   std::string to = kRigid, start = kCentres;
   std::string landmarks, warped, field, report;
   int threads = 0;
+  bool equalise = false;
 
   bool has_field() const { return to == kDisplacement; }
   bool starts_from_file() const { return start != kCentres && start != kNone; }
@@ -79,7 +80,8 @@ void register_files(const RegisterOptions& options, const Console& console) {
   check_outputs(options);
   RegistrationSettings settings{.kind = kind_of(options.to),
                                 .start = options.start == kNone ? RegistrationStart::None : RegistrationStart::Centres,
-                                .threads = options.threads};
+                                .threads = options.threads,
+                                .equalise = options.equalise};
   std::optional<Landmarks> landmarks;
   if (!options.landmarks.empty()) {
     landmarks = read_landmarks(options.landmarks);
@@ -146,6 +148,7 @@ void add_register(const Subcommand& app, Action& action) {
                      "file (.tfm, .txt, .mat)")
           .not_empty()
           .show_default();
+  sub.add_flag("--equalise", options->equalise, "Equalise the histograms of both images before, for soft tissue in CT");
   sub.add_option("--landmarks", options->landmarks,
                  "Start from landmarks: a table (.csv) with x, y, z in FIXED and x, y, z in MOVING in each row, mm LPS")
       .not_empty()

@@ -10,6 +10,7 @@
 #include "core/expect.h"
 #include "field/evidence_field.h"
 #include "field/field_solver.h"
+#include "field/surface_prior.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
 #include "model/model_prior.h"
@@ -199,7 +200,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       preliminary_.push_back(std::move(field));
       preliminary_changed_.notify_all();
     };
-  if (item.start) {
+  if (item.is_given()) {
     start_in_background([start = item.start->mesh, marks = std::move(marks), others = std::move(others),
                          geometry = volume_->geometry(), run]() mutable {
       return Result{correct(*start, std::move(marks), std::move(others), geometry, run), ""};
@@ -214,7 +215,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   inputs.intensity_range = item.intensity_range, inputs.model = item.model_checksum(), inputs.images = images;
   std::shared_ptr<const MeshField> base = base_of(item, marks, images);
   start_in_background([this, of_mesh = &field_of_mesh, inputs = std::move(inputs), model = item.model,
-                       layers = std::move(layers), source = layer_on_grid_, base = std::move(base),
+                       start = item.start, layers = std::move(layers), source = layer_on_grid_, base = std::move(base),
                        marks = std::move(marks), others = std::move(others), run, stop_if_cancelled, publish] {
     std::unique_ptr<EvidenceField>* const one = &of_mesh->field;
     const auto solve_with = [&](const MakeFieldSolver& make) {
@@ -230,6 +231,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
         if (layers.main) images.main = image(layers.main);
         for (const std::optional<LayerItem>& layer : layers.further) images.further.push_back(image(layer));
         if (model) (*one)->set_shape_prior(shape_prior_maker(model->organ, layers.main ? images.main : *volume_, run));
+        if (start) (*one)->set_shape_prior(surface_prior_maker(start->mesh, start->error_mm, volume_->geometry(), run));
         (*one)->set_images(std::move(images));
       };
       // After an undo, a cancellation or the start of the program, local marks change the field that the mesh has.

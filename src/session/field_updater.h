@@ -51,8 +51,8 @@ class FieldUpdater {
   void discard_deleted(const Scene& scene);
 
   /// Starts to solve the field of a mesh in the background. A volume must be open, and finish() must have returned the
-  /// previous field. A mesh with MeshItem::start gets field_of_start(). `others`: inside marks of other meshes, which
-  /// are background for this mesh. `layers`, `images`: layers_of() and digest_of() MeshItem::images.
+  /// previous field. A mesh with MeshItem::is_given() gets field_of_start(). `others`: inside marks of other meshes,
+  /// which are background for this mesh. `layers`, `images`: layers_of() and digest_of() MeshItem::images.
   void start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others, LayersOfField layers = {},
              std::uint64_t images = 0);
   /// Stops the field that is being solved, if any, and discards its solution: ready() becomes true within milliseconds

@@ -69,7 +69,7 @@ std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field,
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume) {
   if (!uses_field(item, volume)) return false;
   if (!item.field) return true;
-  if (!item.start &&
+  if (!item.is_given() &&
       (item.intensity_range != item.field->intensity_range || item.model_checksum() != item.field->model ||
        digest_of(scene, item.images) != item.field->images))
     return true;

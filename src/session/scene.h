@@ -42,13 +42,26 @@ struct Seed {
   double radius_mm = 10;
 };
 
-/// Start of a mesh other than the sphere of its seed: labels, or a mesh of another program. A reset restores the mesh
-/// to it.
+inline constexpr double kMaxErrorMm = 100;  ///< largest MeshStart::error_mm
+
+/// Measures of an object in the study from which it was carried over (session/carry_over.h).
+struct EarlierObject {
+  double volume_ml = 0;                  ///< 0: not carried over
+  double long_mm = 0, short_mm = 0;      ///< axes of object_axes(); 0: unknown
+  Eigen::Vector3d centroid_mm{0, 0, 0};  ///< in the frame of that study, LPS
+};
+
+/// Start of a mesh other than the sphere of its seed: labels, a mesh of another program, or the surface of an earlier
+/// study. A reset restores the mesh to it.
 struct MeshStart {
   std::string path;             ///< path of a label volume or a mesh, as in the scene file
   std::optional<double> value;  ///< label; none: every voxel that is not 0
   int part = 0;                 ///< connected component, numbered by size from 1, the largest; 0: all
   std::shared_ptr<const SimplexMesh> mesh;
+  /// Expected error of the surface (standard deviation), mm. Above 0, the field is solved from the image, and the
+  /// surface is its prior (field/surface_prior.h). 0: the inside of the surface is the object, whatever the image.
+  double error_mm = 0;
+  EarlierObject earlier{};
 };
 
 /// Statistical model of the organ of a mesh: a prior of its field (model/organ_model.h).
@@ -113,6 +126,8 @@ struct MeshItem {
     return model ? model->checksum : none;
   }
   bool has_field() const { return field && !field->values.empty(); }
+  /// Whether the image does not affect its field, which is the inside of `start` with the corrections of its marks.
+  bool is_given() const { return start && !(start->error_mm > 0); }
 };
 
 /// Point, stroke or lasso that a user placed: a mark for the field of its mesh. A boundary point also attracts the

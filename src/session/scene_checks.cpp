@@ -127,7 +127,7 @@ void check_range(const MeshItem& item, const IntensityRange& range) {
   if (!(range.low < range.high))
     throw Error("the range of intensities of '" + item.name + "'", "its lower limit is not below the upper one",
                 "correct it");
-  if (item.start && range.is_limited())
+  if (item.is_given() && range.is_limited())
     throw Error("the range of intensities of '" + item.name + "'",
                 "the segmentation starts from labels or a mesh, which the image does not change",
                 "start it from a seed to limit its intensities");
@@ -138,7 +138,7 @@ void check_model(const MeshItem& item, const MeshModel* model) {
   if (!model->organ) throw Error("the model of '" + item.name + "'", "it was not read", "read its file first");
   if (item.start)
     throw Error("the model of '" + item.name + "'",
-                "the segmentation starts from labels or a mesh, which the image does not change",
+                "the segmentation starts from labels or a mesh, which replaces a model",
                 "start it from a seed to use a model");
 }
 

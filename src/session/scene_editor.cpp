@@ -271,7 +271,7 @@ SceneChange SceneEditor::execute(const SetImages& command) {
   MeshItem& item = item_of(command.mesh);
   refuse_locked(item);
   check_images(scene_, command.images, item.name);
-  if (item.start && !command.images.is_default())
+  if (item.is_given() && !command.images.is_default())
     throw Error("segmentation '" + item.name + "'", "it starts from labels or a mesh, so its field uses no image",
                 "start it from a seed to choose its images");
   item.images = command.images;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layers in scene files, logs and undo histories, and the files to which they refer.
 #include "../session/session_fixture.h"
+#include "io/platform/files.h"
 #include "io/scene/layer_images.h"
 #include "io/scene/load_input.h"
 #include "io/scene/log_io.h"

@@ -62,7 +62,7 @@ MakeFieldSolver device(FailingSolver::State& state) {
   };
 }
 
-std::unique_ptr<Session> open_with_field(FailingSolver::State* state) {
+std::unique_ptr<Session> open_with_failing_solver(FailingSolver::State* state) {
   Scene scene = ball_scene();
   set(scene.forces, {"evidence", "source", 0});
   scene.meshes[0].parameters = scene.forces;
@@ -74,7 +74,7 @@ std::unique_ptr<Session> open_with_field(FailingSolver::State* state) {
 
 TEST(FieldsOnADevice, AreSolvedThere) {
   FailingSolver::State state;
-  const auto there = open_with_field(&state), here = open_with_field(nullptr);
+  const auto there = open_with_failing_solver(&state), here = open_with_failing_solver(nullptr);
   there->advance_steps(20);
   here->advance_steps(20);
   EXPECT_EQ(state.made, 1);
@@ -86,7 +86,7 @@ TEST(FieldsOnADevice, AreSolvedThere) {
 
 TEST(FieldsOnADevice, AfterAFailureTheCpuSolvesFromAllMarksWithANotice) {
   FailingSolver::State state;
-  const auto there = open_with_field(&state), here = open_with_field(nullptr);
+  const auto there = open_with_failing_solver(&state), here = open_with_failing_solver(nullptr);
   there->advance_steps(20);
   here->advance_steps(20);
   state.fails_at = state.updates + 1;
@@ -111,7 +111,7 @@ TEST(FieldsOnADevice, AfterAFailureTheCpuSolvesFromAllMarksWithANotice) {
 }
 
 TEST(FieldsOnADevice, ADeviceThatFailsAtTheStartIsNotUsed) {
-  const auto session = open_with_field(nullptr);
+  const auto session = open_with_failing_solver(nullptr);
   int requests = 0;
   session->set_field_solver(
       [&requests](const Volume&, const RunJobs&, const EvidenceSettings&) -> std::unique_ptr<FieldSolver> {

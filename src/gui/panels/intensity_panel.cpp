@@ -202,8 +202,8 @@ void IntensityPanel::refresh() {
   const QString why_not = !workbench_.has_volume() ? tr("Open a volume first")
                           : !item                  ? tr("Place a seed first")
                           : item->locked           ? tr("Unlock the segmentation first")
-                          : item->start ? tr("A segmentation from labels or a mesh does not depend on the image")
-                                        : QString();
+                          : item->is_given() ? tr("A segmentation from labels or a mesh does not depend on the image")
+                                             : QString();
   for (QWidget* control : {static_cast<QWidget*>(plot_), static_cast<QWidget*>(low_), static_cast<QWidget*>(high_)})
     set_enabled(control, why_not.isEmpty(), why_not);
   set_enabled(remove_, why_not.isEmpty() && item->intensity_range.is_limited(),

@@ -133,6 +133,7 @@ VolumeSource open_dicom_slices(std::vector<DicomSlice> slices, const std::string
   DicomVolumes split = split_volumes(std::move(slices), series_name);
   info.frames = static_cast<int>(split.volumes.size());
   const auto place = static_cast<std::size_t>(volume) - 1;
+  info.times_s = times_of(split);
   select_volume(info, volume, "cannot read " + series_name, place < split.names.size() ? split.names[place] : "");
   if (!split.note.empty()) info.warnings.push_back(split.note);
   slices = std::move(split.volumes[place]);

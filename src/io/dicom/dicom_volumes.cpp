@@ -178,6 +178,18 @@ std::vector<std::vector<std::string>> candidates(const std::vector<std::string>&
 
 }  // namespace
 
+std::vector<double> times_of(const DicomVolumes& volumes) {
+  std::vector<double> times;
+  for (const std::string& name : volumes.names) {
+    std::optional<double> ms;
+    for (const std::string trait : {"trigger time ", "trigger delay ", "frame reference time "})
+      if (name.starts_with(trait)) ms = parse_number(name.substr(trait.size()));
+    if (!ms) return {};
+    times.push_back(*ms / 1000);
+  }
+  return times;
+}
+
 DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& series_name) {
   if (!same_axes(slices)) {
     const Groups stacks = groups_by(slices, {"stack"});

@@ -22,4 +22,8 @@ struct DicomVolumes {
 /// one, but no trait distinguishes the volumes; `series_name` is the name of the series in messages.
 DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& series_name);
 
+/// Time of each volume, s, if the volumes differ in a time of milliseconds alone: trigger time, trigger delay or frame
+/// reference time; else empty.
+std::vector<double> times_of(const DicomVolumes& volumes);
+
 }  // namespace simplexseg

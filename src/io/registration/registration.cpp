@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "image/equalise.h"
 #include "io/platform/load_progress.h"
 #include "io/registration/registration_requests.h"
 
@@ -31,6 +32,11 @@ void append_step(Transform& transform, const TransformStep& step) {
 
 RegistrationResult register_images(const Volume& fixed, const Volume& moving, const RegistrationSettings& settings,
                                    const std::function<void(const RegistrationProgress&)>& on_progress) {
+  if (settings.equalise) {
+    RegistrationSettings equal = settings;
+    equal.equalise = false;
+    return register_images(equalised(fixed), equalised(moving), equal, on_progress);
+  }
   RegistrationOrder order{.fixed = head_of(fixed),
                           .moving = head_of(moving),
                           .kind = settings.kind,

@@ -27,6 +27,9 @@ struct RegistrationSettings {
   RegistrationStart start = RegistrationStart::Centres;
   std::optional<Eigen::Affine3d> initial{};  ///< start from this transform instead
   int threads = 0;                           ///< number of threads, 0 for all cores
+  /// Whether the histograms of both images are equalised before (equalised()): mutual information then distinguishes
+  /// soft tissues in images with a large range of values, such as CT.
+  bool equalise = false;
 };
 
 /// State of a registration, for a progress display.

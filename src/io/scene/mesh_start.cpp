@@ -60,19 +60,44 @@ LoadedStart start_of_mesh(const fs::path& file, const std::string& path) {
 
 LoadedStart load_start(const MeshStart& start, const fs::path& scene_folder, int vertices) {
   const fs::path file = find_data(start.path, scene_folder);
-  if (is_mesh_name(file)) return start_of_mesh(file, start.path);
+  if (is_mesh_name(file)) {
+    LoadedStart loaded = start_of_mesh(file, start.path);
+    loaded.start.error_mm = start.error_mm, loaded.start.earlier = start.earlier;
+    return loaded;
+  }
   const LabelChoice choice{start.value, start.part};
   LoadedLabels labels = load_labels(file, choice);
   LoadedStart loaded = start_of_labels(labels.volume, choice, start.path, vertices);
+  loaded.start.error_mm = start.error_mm, loaded.start.earlier = start.earlier;
   loaded.warnings = std::move(labels.warnings);
   return loaded;
 }
 
+void read_carried(const JsonInput& input, MeshStart& start) {
+  if (input.has("error_mm")) {
+    start.error_mm = input["error_mm"].number();
+    if (!(start.error_mm > 0 && start.error_mm <= kMaxErrorMm))
+      input["error_mm"].fail("it is out of range", "use a deviation above 0 and up to 100 mm");
+  }
+  if (!input.has("earlier")) return;
+  const JsonInput earlier = input["earlier"];
+  earlier.expect_keys({"volume_ml", "long_mm", "short_mm", "centroid_mm"});
+  for (const auto& [key, value] :
+       {std::pair("volume_ml", &start.earlier.volume_ml), std::pair("long_mm", &start.earlier.long_mm),
+        std::pair("short_mm", &start.earlier.short_mm)}) {
+    *value = earlier[key].number();
+    if (!(*value >= 0)) earlier[key].fail("it is below 0", "correct it");
+  }
+  if (!(start.earlier.volume_ml > 0)) earlier["volume_ml"].fail("it is not above 0", "correct it");
+  start.earlier.centroid_mm = earlier["centroid_mm"].vector3();
+}
+
 MeshStart mesh_start_from_json(const JsonInput& input) {
-  input.expect_keys({"labels", "label", "part", "mesh"});
+  input.expect_keys(start_keys());
   MeshStart start{input[input.has("mesh") ? "mesh" : "labels"].text(), std::nullopt, 0, nullptr};
   if (input.has("label")) start.value = input["label"].number();
   if (input.has("part")) start.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
+  read_carried(input, start);
   return start;
 }
 

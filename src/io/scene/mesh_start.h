@@ -40,8 +40,22 @@ Json start_json(const MeshStart& start, const std::string& path) {
   Json json = {{is_mesh_name(start.path) ? "mesh" : "labels", path}};
   if (start.value) json["label"] = *start.value;
   if (start.part > 0) json["part"] = start.part;
+  if (start.error_mm > 0) json["error_mm"] = start.error_mm;
+  if (start.earlier.volume_ml > 0) {
+    const EarlierObject& earlier = start.earlier;
+    const Eigen::Vector3d& c = earlier.centroid_mm;
+    json["earlier"] = {{"volume_ml", earlier.volume_ml},
+                       {"long_mm", earlier.long_mm},
+                       {"short_mm", earlier.short_mm},
+                       {"centroid_mm", {c.x(), c.y(), c.z()}}};
+  }
   return json;
 }
+/// Keys of start_json().
+inline std::vector<std::string> start_keys() { return {"labels", "label", "part", "mesh", "error_mm", "earlier"}; }
+/// Sets the attributes of a start of a carried surface from the JSON of start_json(). Throws Error for an invalid
+/// value.
+void read_carried(const JsonInput& input, MeshStart& start);
 /// Start from the JSON of start_json(), without its mesh. Throws Error for an unknown key or an invalid value.
 MeshStart mesh_start_from_json(const JsonInput& input);
 

@@ -56,7 +56,7 @@ void read_label(const JsonInput& input, LabelChoice& choice) {
 }
 
 void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& files, int vertices, MeshItem& item) {
-  input.expect_keys({"labels", "label", "part", "mesh"});
+  input.expect_keys(start_keys());
   LoadedStart loaded;
   if (input.has("mesh")) {
     for (const char* key : {"labels", "label", "part"})
@@ -79,6 +79,7 @@ void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& file
     }
     loaded = start_of_labels(labels.volume, choice, path, vertices);
   }
+  read_carried(input, loaded.start);
   item.seed = loaded.seed;
   item.start = std::move(loaded.start);
 }

@@ -18,9 +18,11 @@ struct VolumeInfo {
   /// rescaled values. DICOM volumes of 16-bit integers with an intercept change from Int16 to Int32 on reading when a
   /// value does not fit into Int16.
   VoxelType type = VoxelType::UInt8;
-  std::string format;                 ///< "NIfTI-1", "DICOM series", "NRRD" ...
-  int components = 1;                 ///< values per voxel; only 1 can be read
-  int frames = 1;                     ///< number of volumes (4D)
+  std::string format;  ///< "NIfTI-1", "DICOM series", "NRRD" ...
+  int components = 1;  ///< values per voxel; only 1 can be read
+  int frames = 1;      ///< number of volumes (4D)
+  /// Time of each volume of a 4D file or series, s; empty if it is not stated.
+  std::vector<double> times_s{};
   int frame = 0;                      ///< number of the selected volume, from 1; 0: only one, or none can be read
   bool low_is_bright = false;         ///< low values are displayed bright (MONOCHROME1)
   int file_count = 1;                 ///< number of files with voxels

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/volume/nifti_header.h"
 
+#include <cmath>
 #include <limits>
 
 #include "core/error.h"
@@ -112,6 +113,23 @@ StoredType stored_type(int datatype, const std::string& name) {
               "save it with one integer or float per voxel");
 }
 
+namespace {
+
+/// Times of the volumes, if the header states their interval in a unit of time.
+std::vector<double> times_of(const NiftiHeader& h, int frames) {
+  constexpr int kMaxTimes = 100000;
+  constexpr int kTimeUnits = 0x38;  // bits of the field for units that contain the unit of time
+  const int unit = h.units & kTimeUnits;
+  const double seconds = unit == 8 ? 1 : unit == 16 ? 1e-3 : unit == 24 ? 1e-6 : 0, interval = h.pixdim[4] * seconds;
+  std::vector<double> times;
+  if (h.version < 1 || frames < 2 || frames > kMaxTimes || frames != h.dim[4]) return times;
+  if (!std::isfinite(interval) || interval <= 0) return times;
+  for (int frame = 0; frame < frames; ++frame) times.push_back(frame * interval);
+  return times;
+}
+
+}  // namespace
+
 void set_sizes(const NiftiHeader& h, VolumeInfo& info, const std::string& name) {
   const std::int64_t rank = h.dim[0];
   if (rank < 1 || rank > 7) {
@@ -131,6 +149,7 @@ void set_sizes(const NiftiHeader& h, VolumeInfo& info, const std::string& name) 
   for (int a = 0; a < 3; ++a) info.geometry.size[a] = a < rank ? static_cast<int>(h.dim[a + 1]) : 1;
   info.frames = static_cast<int>(std::min(extra[0], 1e9));
   info.components = static_cast<int>(std::min(extra[1], 1e9));
+  info.times_s = times_of(h, info.frames);
 }
 
 }  // namespace simplexseg

@@ -53,8 +53,8 @@ NiftiHeader read_nifti_header(DecompressingReader& reader);
 /// numbers and unknown codes.
 StoredType stored_type(int datatype, const std::string& name);
 
-/// Sets the numbers of voxels along the axes, of frames and of components. Throws Error, with the file `name`, if the
-/// header has an invalid number of dimensions or of voxels along an axis.
+/// Sets the numbers of voxels along the axes, of frames (with their times) and of components. Throws Error, with the
+/// file `name`, if the header has an invalid number of dimensions or of voxels along an axis.
 void set_sizes(const NiftiHeader& header, VolumeInfo& info, const std::string& name);
 
 }  // namespace simplexseg
