@@ -81,7 +81,8 @@ void run_field_error_time_study(const StudyFieldErrorTimeOptions& options, const
       const Mask object = largest_part(reference_mask(labels, value, image.geometry(), options.labels, options.image));
       FieldErrorTime& one = all.emplace_back();
       const std::string stem = fs::path(options.image).filename().string();
-      one.name = stem.substr(0, stem.find(".nii")) + (value ? "-" + exact_text(*value) : "");
+      one.name = stem.substr(0, stem.find(".nii"));
+      if (value) one.name.append("-").append(exact_text(*value));
       one.backend = backend;
       for (const RobotClick& click : robot_clicks(image, object, options.clicks, run, make))
         one.marks.push_back(click.mark);

@@ -209,6 +209,7 @@ struct EditLayer {
   ItemId layer;
   std::optional<std::string> name{};
   std::optional<LayerTransform> transform{};
+  std::optional<Preprocessing> preprocessing{};
   std::optional<ColourMap> colour_map{};
   std::optional<float> opacity{};
   std::optional<double> window{}, level{};
@@ -217,6 +218,10 @@ struct EditLayer {
 };
 struct RemoveLayer {
   ItemId layer;
+};
+/// Sets the filters of the volume. Fields are solved again with the filtered values; the file stays as it is.
+struct FilterVolume {
+  Preprocessing preprocessing;  ///< check_volume_filters()
 };
 struct Undo {};
 struct Redo {};
@@ -227,7 +232,7 @@ using Command =
                  StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
                  RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
                  ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso,
-                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer>;
+                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, FilterVolume>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -44,14 +44,15 @@ using Publish = std::function<void(std::shared_ptr<const MeshField>)>;
 /// fraction, `publish` (may be empty) the preliminary fields of a first update. Throws only DeviceError;
 /// MeshField::problem is set for any other Error.
 std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const EvidenceSettings& settings,
-                                       const std::string& model, std::vector<Mark> marks, std::vector<Mark> others,
-                                       const Volume& volume, const RunJobs& run, const ReportProgress& report,
-                                       const Publish& publish) {
+                                       const std::string& model, const std::string& filters, std::vector<Mark> marks,
+                                       std::vector<Mark> others, const Volume& volume, const RunJobs& run,
+                                       const ReportProgress& report, const Publish& publish) {
   const IntensityRange& range = settings.intensity_range;
   const VolumeGeometry& geometry = volume.geometry();
   auto solved = std::make_shared<MeshField>();
   solved->intensity_range = range;
   solved->model = model;
+  solved->filters = filters;
   const auto take_values = [&](MeshField& to) {
     to.cell = field.cell();
     to.box = field.box();
@@ -61,6 +62,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
     auto preliminary = std::make_shared<MeshField>();
     preliminary->intensity_range = range;
     preliminary->model = model;
+    preliminary->filters = filters;
     take_values(*preliminary);
     publish(std::move(preliminary));
   };
@@ -87,11 +89,13 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
   return solved;
 }
 
-/// Field of which a new field is an update by local marks alone; null: there is none. `marks`: those of the new one.
-std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks) {
+/// Field of which a new field is an update by local marks alone; null: there is none. `marks`: those of the new one;
+/// `filters`: those of the volume.
+std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks,
+                                         const std::string& filters) {
   std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
   if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range ||
-      base->model != item.model_checksum())
+      base->model != item.model_checksum() || base->filters != filters)
     return nullptr;
   const std::size_t count = base->marks.size();
   const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
@@ -143,11 +147,12 @@ void FieldUpdater::set_solver(MakeFieldSolver make) {
 
 std::optional<std::string> FieldUpdater::pop_notice() { return std::exchange(notice_, std::nullopt); }
 
-void FieldUpdater::open(const Volume& volume) {
+void FieldUpdater::open(const Volume& volume, std::string filters) {
   cancel();
   if (solving_mesh_ != 0) finish();
   fields_.clear();
   volume_ = std::make_unique<Volume>(volume);
+  filters_ = std::move(filters);
 }
 
 void FieldUpdater::discard_deleted(const Scene& scene) {
@@ -209,7 +214,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   Field& field_of_mesh = fields_[item.id];
   if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_checksum())
     field_of_mesh = {item.intensity_range, item.model_checksum(), nullptr};
-  std::shared_ptr<const MeshField> base = base_of(item, marks);
+  std::shared_ptr<const MeshField> base = base_of(item, marks, filters_);
   start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, model = item.model,
                        base = std::move(base), marks = std::move(marks), others = std::move(others), run,
                        stop_if_cancelled, publish] {
@@ -229,7 +234,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       }
       // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(
-          **one, first, settings, model ? model->checksum : "", marks, others, *volume_, run,
+          **one, first, settings, model ? model->checksum : "", filters_, marks, others, *volume_, run,
           [this, stop_if_cancelled, from = progress_.load()](float fraction) {
             stop_if_cancelled();
             progress_ = from + (1 - from) * fraction;

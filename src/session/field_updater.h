@@ -43,7 +43,8 @@ class FieldUpdater {
   std::optional<std::string> pop_notice();
 
   /// Cancels the field that is being solved, discards all fields and sets the volume of later ones.
-  void open(const Volume& volume);
+  /// `filters`: those of the volume (key_of()).
+  void open(const Volume& volume, std::string filters = {});
   /// Discards the fields of meshes that are not in the scene, except for the field that is being solved.
   void discard_deleted(const Scene& scene);
 
@@ -89,6 +90,7 @@ class FieldUpdater {
   std::optional<std::string> notice_;
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<Volume> volume_;
+  std::string filters_;  ///< of the volume
   struct Field {
     IntensityRange range;
     std::string model;  ///< MeshField::model

@@ -366,7 +366,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "set_model",
                                          "add_layer",
                                          "edit_layer",
-                                         "remove_layer"};
+                                         "remove_layer",
+                                         "filter_volume"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};
