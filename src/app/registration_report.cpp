@@ -38,13 +38,6 @@ double rotation_degrees(const Eigen::Affine3d& affine) {
 
 }  // namespace
 
-std::vector<double> residuals_mm(const Transform& transform, const Landmarks& landmarks) {
-  std::vector<double> residuals;
-  for (std::size_t n = 0; n < landmarks.fixed.size(); ++n)
-    residuals.push_back((transform(landmarks.fixed[n]) - landmarks.moving[n]).norm());
-  return residuals;
-}
-
 std::string checksum_of(const Transform& transform) {
   Digest digest;
   for (const Transform::Step& step : transform.steps()) {

@@ -21,9 +21,6 @@ struct RegistrationReport {
   double seconds = 0;                      ///< time of the registration, without reading and writing
 };
 
-/// Distances of the mapped landmarks from their counterparts, mm.
-std::vector<double> residuals_mm(const Transform& transform, const Landmarks& landmarks);
-
 /// Checksum of a transform, 16 hexadecimal digits: equal for equal bits of matrices and vectors.
 std::string checksum_of(const Transform& transform);
 

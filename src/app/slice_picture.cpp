@@ -115,13 +115,14 @@ Window window_of(const Volume& volume) {
   return {std::min(low, high - 1e-9 * std::max(1.0, std::abs(high))), high};
 }
 
-void draw_volume(Canvas& canvas, const Panel& panel, const Volume& volume, const Window& window) {
+void draw_volume(Canvas& canvas, const Panel& panel, const Volume& volume, const Window& window,
+                 const LayerPicture& layers) {
   for (int y = 0; y < panel.height; ++y)
     for (int x = 0; x < panel.width; ++x) {
       const Eigen::Vector3d world = panel.world_of(x + 0.5, y + 0.5);
       if (!volume.geometry().contains(world)) continue;
       const std::uint8_t grey = window.grey(volume.sample(world));
-      canvas.set(panel, x, y, {grey, grey, grey});
+      canvas.set(panel, x, y, layers.over({grey, grey, grey}, world));
     }
 }
 
@@ -144,7 +145,8 @@ void draw_outline(Canvas& canvas, const Panel& panel, const TriangleMesh& surfac
 
 }  // namespace
 
-Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright, int panel) {
+Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright, int panel,
+                    const LayerPicture& layers) {
   std::vector<TriangleMesh> surfaces;
   std::vector<Colour> colours;
   std::vector<Eigen::Vector3d> foci;
@@ -184,7 +186,7 @@ Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright
   Window window = volume.empty() ? Window{0, 1} : window_of(volume);
   if (low_is_bright) std::swap(window.low, window.high);
   for (const Panel& one : panels) {
-    if (!volume.empty()) draw_volume(canvas, one, volume, window);
+    if (!volume.empty()) draw_volume(canvas, one, volume, window, layers);
     for (std::size_t s = 0; s < surfaces.size(); ++s) draw_outline(canvas, one, surfaces[s], colours[s]);
   }
   return picture;

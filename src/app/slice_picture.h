@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "app/layer_picture.h"
 #include "image/volume.h"
 #include "io/picture/picture_io.h"
 #include "session/scene.h"
@@ -10,7 +11,8 @@ namespace simplexseg {
 /// first four visible meshes has a row of slices through its centroid; without meshes, one row shows the centre of the
 /// volume. Radiological convention: the patient's right is on the left, anterior and superior are up; sagittal:
 /// anterior is on the left. `panel`: largest width and height of a panel, pixels. `low_is_bright` (MONOCHROME1) inverts
-/// the greys.
-Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright = false, int panel = 400);
+/// the greys. `layers`: drawn over the volume.
+Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright = false, int panel = 400,
+                    const LayerPicture& layers = {});
 
 }  // namespace simplexseg

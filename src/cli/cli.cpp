@@ -80,6 +80,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_register(program, action);
   add_filter(program, action);
   add_follow(program, action);
+  add_layer(program, action);
   add_archive(program, action);
   program.add_print_flag("--xml", slicer_description,
                          "Print the description of segment for 3D Slicer (Slicer Execution Model) and exit");

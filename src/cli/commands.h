@@ -26,6 +26,7 @@ void add_study(const Subcommand& app, Action& action);
 void add_model(const Subcommand& app, Action& action);
 void add_clicks(const Subcommand& app, Action& action);
 void add_register(const Subcommand& app, Action& action);
+void add_layer(const Subcommand& app, Action& action);
 void add_filter(const Subcommand& app, Action& action);
 void add_follow(const Subcommand& app, Action& action);
 

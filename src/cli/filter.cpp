@@ -18,7 +18,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kFilterCount = 4;
+constexpr std::size_t kFilterCount = 5;
 constexpr std::size_t kMostParameters = 3;
 
 struct FilterOptions {
@@ -43,7 +43,8 @@ std::pair<FilterKind, std::vector<double>> choice_of(const FilterOptions& option
     kind = static_cast<FilterKind>(n);
   }
   if (!kind)
-    throw Error("cannot filter the image", "no filter is named", "add --n4, --diffusion, --median or --isotropic");
+    throw Error("cannot filter the image", "no filter is named",
+                "add --n4, --diffusion, --median, --isotropic or --suv");
   std::vector<double> values = default_parameters(*kind);
   for (std::size_t f = 0; f < kFilterCount; ++f) {
     const FilterInfo& info = info_of(static_cast<FilterKind>(f));
@@ -63,13 +64,18 @@ void filter_file(const FilterOptions& options, const Console& console) {
   OutputChecks checks({options.input});
   require_volume_name(options.output);
   checks.require_file(options.output);
-  const auto [kind, values] = choice_of(options);
+  auto [kind, values] = choice_of(options);
   std::vector<std::string> warnings;
   {
     const Interrupt interrupt;
     Progress progress(console, "filtering");
     LoadedVolume loaded = load_volume(options.input);
     warnings = std::move(loaded.warnings);
+    if (kind == FilterKind::Uptake && values[0] == 0) {
+      if (!loaded.uptake.refusal.empty())
+        throw Error("uptake values of " + quoted(options.input), loaded.uptake.refusal, "name --suv-factor");
+      values[0] = loaded.uptake.factor;
+    }
     const Volume result = filter_volume(loaded.volume, kind, values, options.threads, [&](double done) {
       Interrupt::check();
       progress.set(done);
@@ -83,7 +89,7 @@ void filter_file(const FilterOptions& options, const Console& console) {
 }  // namespace
 
 void add_filter(const Subcommand& app, Action& action) {
-  const Subcommand sub = app.add_subcommand("filter", "Filters an image by ITK and writes the result");
+  const Subcommand sub = app.add_subcommand("filter", "Filters an image and writes the result");
   const auto options = std::make_shared<FilterOptions>();
   sub.add_option("IN", options->input, "Image or DICOM folder").required();
   sub.add_option("OUT", options->output, "Output: image (.nii.gz, .nii, .nrrd, .mha)").required();

@@ -26,8 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write_outputs(const RunOptions& options, const Session& session, RunReport& report, bool low_is_bright,
-                   const Console& console) {
+void write_outputs(const RunOptions& options, const Session& session, const LayerImages& layers, RunReport& report,
+                   bool low_is_bright, const Console& console) {
   const Scene& scene = session.scene();
   const VolumeGeometry grid =
       options.grid.empty() ? session.volume().geometry() : open_volume(options.grid).info.geometry;
@@ -45,7 +45,9 @@ void write_outputs(const RunOptions& options, const Session& session, RunReport&
   }
   if (!options.save.empty()) write_scene(options.save, scene, session.history());
   if (!options.picture.empty())
-    save_view(options.picture, draw_slices(session.volume(), scene, low_is_bright, options.picture_size), scene);
+    save_view(options.picture,
+              draw_slices(session.volume(), scene, low_is_bright, options.picture_size, LayerPicture(scene, layers)),
+              scene);
   if (options.report.empty()) return;
   const std::string note = write_report(options.report, report, scene);
   if (!note.empty()) console.err << "note: " << note << "\n";
@@ -127,7 +129,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   report.scene_path = input.scene;
   report.warnings = loaded.warnings;
   report.volume_path = loaded.volume_path.string();
-  report.intensity_unit = loaded.intensity_unit;
+  report.intensity_unit = unit_after(loaded.scene.volume_preprocessing.filters, loaded.intensity_unit);
   report.geometry = loaded.volume.geometry();
   if (!loaded.volume.empty()) report.voxel_type = to_string(loaded.volume.type());
   describe_engine(report, *choice.engine, threads);
@@ -136,6 +138,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   session.set_field_solver(std::move(choice.fields));
   session.set_layer_source(layer_file_source(fs::path(input.scene).parent_path()));
   session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
+  add_filters(session, std::move(loaded.volumes));
   report.load_ms = 1000 * (seconds_now() - input.start);
 
   const int scene_steps = options.steps.value_or(session.scene_without_poses().steps);
@@ -172,7 +175,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
       add_measurements(report, session.scene(), session.volume());
     }
     const Progress progress(console, "writing");
-    write_outputs(options, session, report, loaded.low_is_bright, console);
+    write_outputs(options, session, loaded.layers, report, loaded.low_is_bright, console);
   });
   print_report(console.out, report);
   if (report.failure) throw Failure("after " + counted(report.steps, "step") + ": " + *report.failure);

@@ -114,6 +114,7 @@ void run_file(const std::string& scene, const std::string& replay, const RunOpti
       scene,
       {.settings = options.settings,
        .history = needs_history ? LoadOptions::History::Read : LoadOptions::History::Skip,
+       .layers = options.picture.empty() ? LoadOptions::Layers::Skip : LoadOptions::Layers::Read,
        .check = [&](const SceneFile& file) { check_outputs(options, file, fs::path(scene).parent_path(), read_from); }},
       console);
   run_scene(std::move(input), options, console);

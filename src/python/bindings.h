@@ -18,6 +18,8 @@ void bind_parameters(py::module_& module);
 void bind_items(py::module_& module);
 /// Binds the measurements of a session.
 void bind_measurements(py::module_& module);
+/// Binds the layers of a session.
+void bind_layers(py::module_& module);
 void bind_model(py::module_& module);
 void bind_session(py::module_& module);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handles to meshes, points and measurements of a session. They keep the session alive and raise Error after the item
-// is deleted.
+// Handles to meshes, points, measurements and layers of a session. They keep the session alive and raise Error after
+// the item is deleted.
 #pragma once
 #include <memory>
 
@@ -8,7 +8,7 @@
 
 namespace simplexseg::python {
 
-/// Base of simplexseg.SceneMesh, simplexseg.ScenePoint and simplexseg.SceneMeasurement.
+/// Base of simplexseg.SceneMesh, simplexseg.ScenePoint, simplexseg.SceneMeasurement and simplexseg.SceneLayer.
 struct SceneItem {
   std::shared_ptr<SessionOwner> session;
   ItemId id;
@@ -17,6 +17,7 @@ struct SceneItem {
 struct SceneMesh : SceneItem {};
 struct ScenePoint : SceneItem {};
 struct SceneMeasurement : SceneItem {};
+struct SceneLayer : SceneItem {};
 
 /// Returns the meshes of the scene.
 std::vector<SceneMesh> meshes_of(const std::shared_ptr<SessionOwner>& session);
@@ -27,6 +28,13 @@ std::vector<SceneMeasurement> measurements_of(const std::shared_ptr<SessionOwner
 /// Adds a measurement. `kind`: "ruler", "angle" or "ellipse". Throws Error for invalid points.
 SceneMeasurement add_measurement(const std::shared_ptr<SessionOwner>& session, const std::string& kind,
                                  const std::vector<pybind11::object>& points, const std::string& name);
+
+/// Returns the layers of the scene.
+std::vector<SceneLayer> layers_of(const std::shared_ptr<SessionOwner>& session);
+/// Adds an image as a layer. `name`: empty: that of the series or the file; `transform`: file, see
+/// load_layer_transform(). Throws the errors of the readers.
+SceneLayer add_layer(const std::shared_ptr<SessionOwner>& session, const std::filesystem::path& path,
+                     const std::string& name, const std::optional<std::filesystem::path>& transform);
 
 /// Applies a command. Returns the id of the added item, or 0.
 ItemId apply(SessionOwner& session, const Command& command);

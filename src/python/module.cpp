@@ -17,6 +17,7 @@ PYBIND11_MODULE(_core, module) {
   bind_parameters(module);
   bind_items(module);
   bind_measurements(module);
+  bind_layers(module);
   bind_model(module);
   bind_session(module);
   module.def("why_no_cuda", &simplexseg::cuda_unavailable_reason,

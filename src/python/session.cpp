@@ -266,6 +266,15 @@ void bind_scene(SessionClass& session) {
            "Adds a measurement and returns it. kind: ruler, angle or ellipse; points: mm, LPS, see "
            "SceneMeasurement.points;\n"
            "name: \"\" for the first free \"ruler N\". Raises Error for points that are not of this kind.")
+      .def_property_readonly(
+          "layers", [](const Owner& owner) { return layers_of(owner); }, "Further images, in the order of the scene.")
+      .def("add_layer", &add_layer, py::arg("path"), py::kw_only(), py::arg("name") = "",
+           py::arg("transform") = py::none(),
+           "Adds an image or DICOM folder as a layer and returns it. name: \"\" for that of the series or the file; "
+           "transform:\n"
+           "file with a transform from points of the volume to points of the image. Raises Error for files that cannot "
+           "be\n"
+           "read.")
       .def("mesh", &mesh_named, py::arg("name"), "Returns the mesh with this name. Raises Error if there is none.")
       .def("add_mesh", &add_sphere, py::arg("name") = "", py::kw_only(), py::arg("centre"), py::arg("radius"),
            py::arg("like") = py::none(),

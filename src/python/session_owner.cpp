@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kChunkSeconds = 0.1;  ///< target time between two checks for signals, s
 constexpr int kMaxThreads = 1024;
+constexpr int kPictureSize = 400;  ///< as in `simplexseg-cli run`, pixels
 
 int checked_threads(int threads, const std::string& backend) {
   if (threads < 0 || threads > kMaxThreads)
@@ -54,13 +55,14 @@ SessionOwner::SessionOwner(std::string scene_path, LoadedInput input, Image imag
   report_.note = choice.note;
   report_.scene_path = std::move(scene_path);
   report_.volume_path = image_.path.string();
-  report_.intensity_unit = input.intensity_unit;
+  report_.intensity_unit = unit_after(input.scene.volume_preprocessing.filters, input.intensity_unit);
   report_.geometry = image_.volume.geometry();
   if (!image_.volume.empty()) report_.voxel_type = to_string(image_.volume.type());
   session_ = std::make_unique<Session>(std::move(choice.engine), std::move(choice.make_fallback), threads);
   session_->set_field_solver(std::move(choice.fields));
   session_->set_layer_source(layer_file_source(std::filesystem::path(report_.scene_path).parent_path()));
   session_->open(std::move(input.scene), image_.volume, std::move(input.history));
+  add_filters(*session_, std::move(input.volumes));
   report_.load_ms = 1000 * (seconds_now() - start);
 }
 
@@ -149,7 +151,8 @@ void SessionOwner::save_report(const std::filesystem::path& path) {
 void SessionOwner::save_picture(const std::filesystem::path& path) {
   use([&](const Session& session) {
     require_picture_name(path);
-    write_picture(path, draw_slices(session.volume(), session.scene(), image_.low_is_bright));
+    write_picture(path, draw_slices(session.volume(), session.scene(), image_.low_is_bright, kPictureSize,
+                                    LayerPicture(session.scene(), layer_images_)));
   });
 }
 

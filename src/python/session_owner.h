@@ -36,6 +36,8 @@ class SessionOwner {
   /// Returns the volume of the session; it may be empty.
   const Image& image() const { return image_; }
   const std::string& scene_path() const { return report_.scene_path; }
+  /// Files of layers that were read.
+  LayerImages& layer_images() { return layer_images_; }
 
   /// Calls `work(Session&)` without the GIL and returns its result. `work` must not use Python objects.
   template <class Work>
@@ -76,6 +78,7 @@ class SessionOwner {
   std::atomic<bool> busy_{false}, closed_{false};
   Image image_;
   References references_;
+  LayerImages layer_images_;
   RunReport report_;
 };
 

@@ -98,6 +98,8 @@ FilterResponse filtered(const FloatImage* image, const FilterOrder& order, Progr
     case FilterKind::Isotropic:
       result = make_isotropic(image, order.parameters.at(0), progress);
       break;
+    case FilterKind::Uptake:
+      throw Error("cannot apply the filter suv", "it is not a filter of ITK", "install SimplexSeg again");
   }
   const float* const voxels = result->GetBufferPointer();
   return {head_of(*result), {voxels, voxels + result->GetLargestPossibleRegion().GetNumberOfPixels()}};

@@ -51,12 +51,16 @@ const char* title(const RenameMeasurement&) { return "rename measurement"; }
 const char* title(const DeleteMeasurement&) { return "delete measurement"; }
 const char* title(const AddLayer&) { return "add layer"; }
 const char* title(const EditLayer& c) {
-  return c.name         ? "rename layer"
-         : c.transform  ? "change transform of layer"
-         : c.colour_map ? "change colours of layer"
-         : c.opacity    ? "change opacity of layer"
-         : c.visible    ? (*c.visible ? "show layer" : "hide layer")
-                        : "change window of layer";
+  return c.name            ? "rename layer"
+         : c.transform     ? "change transform of layer"
+         : c.preprocessing ? "change filters of layer"
+         : c.colour_map    ? "change colours of layer"
+         : c.opacity       ? "change opacity of layer"
+         : c.visible       ? (*c.visible ? "show layer" : "hide layer")
+                           : "change window of layer";
+}
+const char* title(const FilterVolume& c) {
+  return c.preprocessing.filters.empty() ? "remove filters of volume" : "filter volume";
 }
 const char* title(const RemoveLayer&) { return "remove layer"; }
 

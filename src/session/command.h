@@ -215,6 +215,7 @@ struct EditLayer {
   ItemId layer;
   std::optional<std::string> name{};
   std::optional<LayerTransform> transform{};
+  std::optional<Preprocessing> preprocessing{};
   std::optional<ColourMap> colour_map{};
   std::optional<float> opacity{};
   std::optional<double> window{}, level{};
@@ -223,6 +224,10 @@ struct EditLayer {
 };
 struct RemoveLayer {
   ItemId layer;
+};
+/// Sets the filters of the volume. Fields are solved again with the filtered values; the file stays as it is.
+struct FilterVolume {
+  Preprocessing preprocessing;  ///< check_volume_filters()
 };
 struct Undo {};
 struct Redo {};
@@ -233,7 +238,7 @@ using Command =
                  StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
                  RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
                  ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso,
-                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, SetImages>;
+                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, FilterVolume, SetImages>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -84,12 +84,13 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
   return solved;
 }
 
-/// Field of which a new field is an update by local marks alone; null: there is none. `marks`, `images`: those of the
-/// new one.
-std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks, std::uint64_t images) {
+/// Field of which a new field is an update by local marks alone; null: there is none. `marks`, `images`,
+/// `filters`: those of the new one.
+std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks, std::uint64_t images,
+                                         const std::string& filters) {
   std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
   if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range ||
-      base->model != item.model_checksum() || base->images != images)
+      base->model != item.model_checksum() || base->images != images || base->filters != filters)
     return nullptr;
   const std::size_t count = base->marks.size();
   const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
@@ -141,12 +142,13 @@ void FieldUpdater::set_solver(MakeFieldSolver make) {
 
 std::optional<std::string> FieldUpdater::pop_notice() { return std::exchange(notice_, std::nullopt); }
 
-void FieldUpdater::open(const Volume& volume) {
+void FieldUpdater::open(const Volume& volume, std::string filters) {
   cancel();
   if (solving_mesh_ != 0) finish();
   fields_.clear();
   layer_images_.clear();
   volume_ = std::make_unique<Volume>(volume);
+  filters_ = std::move(filters);
 }
 
 void FieldUpdater::discard_deleted(const Scene& scene) {
@@ -213,7 +215,8 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     field_of_mesh = {item.intensity_range, item.model_checksum(), images};
   MeshField inputs;
   inputs.intensity_range = item.intensity_range, inputs.model = item.model_checksum(), inputs.images = images;
-  std::shared_ptr<const MeshField> base = base_of(item, marks, images);
+  inputs.filters = filters_;
+  std::shared_ptr<const MeshField> base = base_of(item, marks, images, filters_);
   start_in_background([this, of_mesh = &field_of_mesh, inputs = std::move(inputs), model = item.model,
                        start = item.start, layers = std::move(layers), source = layer_on_grid_, base = std::move(base),
                        marks = std::move(marks), others = std::move(others), run, stop_if_cancelled, publish] {

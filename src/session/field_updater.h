@@ -43,7 +43,8 @@ class FieldUpdater {
   std::optional<std::string> pop_notice();
 
   /// Cancels the field that is being solved, discards all fields and sets the volume of later ones.
-  void open(const Volume& volume);
+  /// `filters`: those of the volume (key_of()).
+  void open(const Volume& volume, std::string filters = {});
   /// Sets the source of the images of layers, which is called on the background thread; without one, fields in layers
   /// have a MeshField::problem.
   void set_layer_source(LayerOnGrid source) { layer_on_grid_ = std::move(source); }
@@ -94,6 +95,7 @@ class FieldUpdater {
   std::optional<std::string> notice_;
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<Volume> volume_;
+  std::string filters_;  ///< of the volume
   struct Field {
     IntensityRange range{};
     std::string model{};       ///< MeshField::model

@@ -35,6 +35,7 @@ void check_layer(const LayerItem& layer) {
   if (layer.path.empty()) throw Error(what, "it has no file", "choose the file of an image");
   if (layer.number < 1) throw Error(what, "volumes of a 4D file are numbered from 1", "correct the number");
   const auto in_range = [](double value) { return std::isfinite(value) && std::abs(value) <= kLargestValue; };
+  check_preprocessing(layer.preprocessing);
   if (!(layer.scale > 0) || !in_range(layer.scale))
     throw Error(what, "its scale is not a finite number above 0", "correct it");
   if (!(layer.opacity >= 0 && layer.opacity <= 1)) throw Error(what, "its opacity is out of range", "give 0 to 1");
@@ -65,6 +66,7 @@ SceneChange SceneEditor::execute(const EditLayer& command) {
   LayerItem& layer = layer_of(command.layer);
   LayerItem edited = layer;
   edited.name = command.name.value_or(edited.name);
+  edited.preprocessing = command.preprocessing.value_or(edited.preprocessing);
   edited.transform = command.transform.value_or(edited.transform);
   edited.colour_map = command.colour_map.value_or(edited.colour_map);
   edited.opacity = command.opacity.value_or(edited.opacity);

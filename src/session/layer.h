@@ -8,6 +8,8 @@
 #include <span>
 #include <string>
 
+#include "image/preprocessing.h"
+
 namespace simplexseg {
 
 enum class ColourMap : std::uint8_t { Grey, InvertedGrey, Hot, Green, Magenta };
@@ -46,6 +48,7 @@ struct LayerItem {
   std::string checksum;  ///< checksum of the image (io/volume/volume_checksum.h); "": unknown
   double scale = 1;      ///< factor from stored values to shown values, such as standardized uptake values of PET
   std::string unit;      ///< unit of shown values, such as "HU" or "SUV"; "": unknown
+  Preprocessing preprocessing{};  ///< filters of the image, whose file stays as it is
   LayerTransform transform;
   ColourMap colour_map = ColourMap::Grey;
   float opacity = 0.5f;          ///< opacity of a blend, 0 to 1

@@ -25,6 +25,7 @@ struct MeshField {
   IntensityRange intensity_range{};  ///< with which it was solved (MeshItem::intensity_range)
   std::string model{};               ///< checksum of the model with which it was solved; "": none
   std::uint64_t images = 0;          ///< digest_of() the images in which it was solved
+  std::string filters{};             ///< filters of the volume with which it was solved (key_of())
   RangeEffect range_effect = RangeEffect::Limits;
   bool leaks = false;       ///< whether the object reaches the sides of the largest box: it spreads without a border
   float expected_dice = 1;  ///< expected Dice coefficient (EvidenceField::Report); 1 for field_of_start()

@@ -60,6 +60,7 @@ std::uint64_t digest_of(const std::optional<LayerItem>& layer) {
   }
   add_text(digest, layer->transform.checksum);
   digest.add(layer->transform.affine.matrix().data(), 16);
+  add_text(digest, key_of(layer->preprocessing.filters));
   return digest.value();
 }
 

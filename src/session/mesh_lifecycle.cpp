@@ -33,6 +33,8 @@ SimplexMesh sphere_of(const MeshItem& item, const SimulationParameters& simulati
 
 }  // namespace
 
+void update_region(MeshItem& item, const Volume& volume) { item.region = region_of(item, volume); }
+
 double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
 
 void restart(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {

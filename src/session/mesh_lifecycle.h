@@ -8,6 +8,8 @@ namespace simplexseg {
 
 class Volume;
 
+/// Estimates the region model of a mesh from its present pose.
+void update_region(MeshItem& item, const Volume& volume);
 /// Smallest voxel spacing in mm; 1 for an empty volume.
 double voxel_mm(const Volume& volume);
 

@@ -71,7 +71,8 @@ bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& vol
   if (!item.field) return true;
   if (!item.is_given() &&
       (item.intensity_range != item.field->intensity_range || item.model_checksum() != item.field->model ||
-       digest_of(scene, item.images) != item.field->images))
+       digest_of(scene, item.images) != item.field->images ||
+       key_of(scene.volume_preprocessing.filters) != item.field->filters))
     return true;
   const std::vector<Mark> others = within_reach(marks_of_others(scene, item, volume), *item.field, volume.geometry());
   return marks_of(scene, item, volume) != item.field->marks || others != item.field->others;

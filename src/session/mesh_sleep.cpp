@@ -17,6 +17,8 @@ std::uint64_t input_digest(const MeshItem& item, const Scene& scene, const Volum
     const VolumeGeometry& geometry = volume.geometry();
     digest.add(geometry.size), digest.add(geometry.world_from_index().matrix().data(), 16);
   }
+  const std::string filters = key_of(scene.volume_preprocessing.filters);
+  digest.add(filters.data(), filters.size());
   return digest.value();
 }
 

@@ -190,9 +190,10 @@ struct LabelNumbers {
 /// Contents of a scene file: meshes, points, measurements, layers, parameters, and the path of the volume.
 struct Scene {
   std::string volume_path;
-  int volume_number = 1;        ///< number of the volume in a 4D file, from 1
-  std::string volume_checksum;  ///< checksum of the image (io/volume/volume_checksum.h); "": unknown
-  std::string volume_series;    ///< UID of the series in a DICOM folder; empty: the largest series
+  int volume_number = 1;                 ///< number of the volume in a 4D file, from 1
+  std::string volume_checksum;           ///< checksum of the image (io/volume/volume_checksum.h); "": unknown
+  std::string volume_series;             ///< UID of the series in a DICOM folder; empty: the largest series
+  Preprocessing volume_preprocessing{};  ///< filters of the volume, whose file stays as it is
   std::vector<MeshItem> meshes;
   std::vector<UserPoint> points;
   std::vector<Measurement> measurements;

@@ -10,6 +10,7 @@
 #include "field/brush_radius.h"
 #include "forces/force_list.h"
 #include "image/volume.h"
+#include "session/filtered_volumes.h"
 #include "session/lasso.h"
 
 namespace simplexseg {
@@ -168,6 +169,7 @@ void check_measurement(MeasurementKind kind, const std::vector<Eigen::Vector3d>&
 ItemId check_scene(Scene& scene, const Volume& volume) {
   check_values(scene);
   check_labels(scene.labels.by_name);
+  check_volume_filters(scene.volume_preprocessing);
   std::set<ItemId> ids;
   ItemId next = 1;
   for (const MeshItem& item : scene.meshes) next = std::max(next, item.id + 1);

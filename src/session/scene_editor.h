@@ -58,6 +58,7 @@ class SceneEditor {
   SceneChange execute(const AddLayer& command);
   SceneChange execute(const EditLayer& command);
   SceneChange execute(const RemoveLayer& command);
+  SceneChange execute(const FilterVolume& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< mesh with this id; throws Error for 0 or an unknown mesh

@@ -100,7 +100,9 @@ void Session::open(Scene scene, Volume volume, UndoHistory history) {
   steps_since_read_ = 0;
   next_id_ = std::max(next_id, history.next_id());
   history_ = std::move(history), log_.clear();
-  field_updater_.open(volume_), field_warnings_.clear();
+  volume_filters_ = key_of(scene_.volume_preprocessing.filters);
+  volumes_.open(scene_.volume_preprocessing.filters, volume_);
+  field_updater_.open(volume_, volume_filters_), field_warnings_.clear();
   field_comparer_.discard_all();
   steps_since_command_ = 0, total_steps_ = 0, seconds_per_step_ = 0;
 }
@@ -151,6 +153,20 @@ void Session::load_engine() {
   ++revision_;
 }
 
+/// Loads the result of the filters of the scene, unless the volume is that result.
+void Session::use_volume_filters() {
+  std::string key = key_of(scene_.volume_preprocessing.filters);
+  if (key == volume_filters_) return;
+  volume_ = volumes_.get(scene_.volume_preprocessing.filters);
+  volume_filters_ = std::move(key);
+  field_updater_.open(volume_, volume_filters_);
+  try {
+    engine_->set_volume(volume_);
+  } catch (const DeviceError& failure) {
+    fail_over(failure);
+  }
+}
+
 void Session::set_engine_parameters() {
   std::vector<ForceParameters> all;
   std::vector<char> finest;
@@ -178,6 +194,7 @@ void Session::update_engine(EngineUpdate update) {
       set_engine_parameters();
       return wake_meshes();
     case EngineUpdate::Meshes:
+      use_volume_filters();
       return load_engine();
   }
 }
@@ -263,6 +280,7 @@ ItemId Session::execute(const Undo&) {
     update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
     history_.redo(scene_);
+    use_volume_filters();
     throw;
   }
   return 0;
@@ -276,6 +294,7 @@ ItemId Session::execute(const Redo&) {
     update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
     history_.undo(scene_);
+    use_volume_filters();
     throw;
   }
   return 0;
@@ -301,6 +320,7 @@ ItemId Session::execute(const Edit& edit) {
     } catch (...) {
       scene_ = std::move(before.scene);
       next_id_ = next_id;
+      use_volume_filters();
       throw;
     }
     history_.push(std::move(before));
@@ -312,6 +332,10 @@ ItemId Session::execute(const Edit& edit) {
 template <class Edit>
 ItemId Session::edit_scene(const Edit& edit) {
   const SceneChange change = SceneEditor(scene_, volume_, next_id_).execute(edit);
+  if constexpr (std::is_same_v<Edit, FilterVolume>) {
+    use_volume_filters();
+    for (MeshItem& item : scene_.meshes) update_region(item, volume_);
+  }
   update_engine_or_fail_over(change.update);
   update_painted_fields();
   return change.added;

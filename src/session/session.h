@@ -15,6 +15,7 @@
 #include "session/failover_engine.h"
 #include "session/field_comparer.h"
 #include "session/field_updater.h"
+#include "session/filtered_volumes.h"
 #include "session/scene.h"
 #include "session/step_plan.h"
 #include "session/undo_history.h"
@@ -47,8 +48,13 @@ class Session {
   /// Opens a scene on a volume, with this undo history and an empty log. Meshes without vertices get the sphere of
   /// their seed or their start; meshes and points whose id is 0 get an id. Throws Error, with nothing changed, for a
   /// seed outside the volume, a value that is not finite or out of range, an invalid mesh, or too little memory without
-  /// a fallback engine. Every scene of `history` must pass check_scene().
+  /// a fallback engine. Every scene of `history` must pass check_scene(). `volume`: after Scene::volume_preprocessing.
   void open(Scene scene, Volume volume, UndoHistory history = UndoHistory());
+  /// Adds a result of filters on the volume of the open scene, for commands, undo and redo (FilteredVolumes).
+  void add_volume(FilteredVolume result) { volumes_.add(std::move(result)); }
+  const FilteredVolumes& volumes() const { return volumes_; }
+  /// Sets the function that computes results that were not added.
+  void set_volume_filter(ApplyFilter apply) { volumes_.set_filter(std::move(apply)); }
   /// Replaces the engine. Loads the current poses or, if the previous engine failed, those downloaded last. Rethrows
   /// errors of the new engine, for example if the scene does not fit into its memory; the session then keeps the
   /// previous engine.
@@ -147,6 +153,7 @@ class Session {
   void update_engine(EngineUpdate update);
   void update_engine_or_fail_over(EngineUpdate update);
   void load_engine();
+  void use_volume_filters();
   void load_new_engine();
   void set_engine_parameters();
   void set_engine_points();
@@ -191,7 +198,9 @@ class Session {
   /// For each loaded mesh, whether the engine has moved it since its pose in scene_ was read.
   mutable std::vector<char> stale_poses_;
   mutable int steps_since_read_ = 0;
-  Volume volume_;
+  Volume volume_;               ///< after the filters of the scene
+  std::string volume_filters_;  ///< key_of() the filters of volume_
+  FilteredVolumes volumes_;
   FieldUpdater field_updater_;
   FieldComparer field_comparer_;
   std::vector<std::string> field_warnings_;  ///< warnings for the next Advance

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standardized uptake values of PET, against values computed by hand, and refusals that name the attribute.
+// Standardized uptake values of PET, against published values and values computed by hand, and refusals that name the
+// attribute.
 #include "io/dicom/uptake.h"
 
 #include <functional>
 
 #include "dicom_files.h"
+#include "io/scene/load_input.h"
+#include "io/volume/volume_checksum.h"
 #include "io/volume/volume_io.h"
 #include "test_files.h"
 
@@ -60,6 +63,48 @@ TEST(Uptake, OfAnInjectionBeforeMidnightWithAShortHalfLife) {
   expect_factor(pet, 2e-4);
 }
 
+TEST(Uptake, OfThePublishedSeriesQinHeadneck010366) {
+  // Series of The Cancer Imaging Archive, computed by SUVFactorCalculator of the PET DICOM extension of 3D Slicer,
+  // which its author A. Fedorov published with its input (discourse.slicer.org, 19 July 2019): 63.2 kg, 3.8591e8 Bq,
+  // injection at 39180 s, series at 44254.7 s of the day, fluorine-18; dose after decay 226226 kBq, SUVbw factor
+  // 0.000279366.
+  PetAttributes pet = fdg();
+  pet.start_date_time.clear(), pet.start_time = "105300", pet.series_time = pet.acquisition_time = "121734.7";
+  pet.series_date = pet.acquisition_date = "19860303";
+  pet.total_dose_bq = "3.8591e8", pet.weight_kg = "63.2";
+  expect_factor(pet, 0.000279366);
+  EXPECT_NEAR(63.2e3 / uptake_scale(pet).factor / 1e3, 226226, 226226 * 1e-4);
+}
+
+TEST(Uptake, OfThePublishedSeriesQinBreast010001) {
+  // Series of The Cancer Imaging Archive with the expected factor of a public test (panorama, tests of suv_bw_factor):
+  // 77 kg, 432151424 Bq, half life 6588 s, injection at 15:48:00, series at 17:23:00: 3.2457e-4. By hand:
+  // 2^-(5700/6588) = 0.548967; 77000 / (432151424 * 0.548967) = 3.245703e-4.
+  PetAttributes pet = fdg();
+  pet.start_date_time.clear(), pet.start_time = "154800.00", pet.series_time = pet.acquisition_time = "172300";
+  pet.series_date = pet.acquisition_date = "19910901";
+  pet.total_dose_bq = "432151424", pet.half_life_s = "6588", pet.weight_kg = "77";
+  expect_factor(pet, 3.2457e-4);
+}
+
+TEST(Uptake, OfThePublishedTestsOfCalculateSuv) {
+  // Tests of cornerstonejs/calculate-suv (test/calculateSUVScalingFactors.test.ts): corrected to the administration,
+  // 100 Bq. 75 kg give 750; counts of Philips have the SUV factor 0.000551, or, where this is 0, 1.602563 Bq/ml per
+  // count and 100 kg, which give 1602.563.
+  PetAttributes pet = fdg();
+  pet.decay_correction = "ADMIN", pet.total_dose_bq = "100", pet.weight_kg = "75", pet.half_life_s = "10";
+  expect_factor(pet, 750);
+  pet.units = "CNTS", pet.weight_kg = "100", pet.philips_factor = "0.000551", pet.philips_activity = "1.602563";
+  expect_factor(pet, 0.000551);
+  pet.philips_factor = "0";
+  expect_factor(pet, 1602.5629999999999);
+  pet.weight_kg.clear();
+  EXPECT_NE(uptake_scale(pet).refusal.find("(0010,1030) is missing"), std::string::npos);
+  EXPECT_EQ(uptake_scale(pet).factor, 0);
+  pet.philips_activity.clear();
+  EXPECT_NE(uptake_scale(pet).refusal.find("(7053,1000)"), std::string::npos);
+}
+
 TEST(Uptake, OfImagesThatContainItAlready) {
   PetAttributes pet;
   pet.units = "GML";
@@ -80,6 +125,7 @@ TEST(Uptake, AMissingAttributeIsNamedWithItsTag) {
       {&PetAttributes::decay_correction, "Decay Correction (0054,1102) is missing"},
       {&PetAttributes::series_date, "Series Date (0008,0021) is missing"},
       {&PetAttributes::series_time, "Series Time (0008,0031) is missing"},
+      {&PetAttributes::acquisition_date, "Acquisition Date (0008,0022) is missing"},
       {&PetAttributes::acquisition_time, "Acquisition Time (0008,0032) is missing"},
       {&PetAttributes::total_dose_bq, "Radionuclide Total Dose (0018,1074) is missing"},
       {&PetAttributes::half_life_s, "Radionuclide Half Life (0018,1075) is missing"},
@@ -158,6 +204,29 @@ TEST_F(UptakeFile, AFileWithoutAWeightIsReadWithTheReason) {
   EXPECT_EQ(loaded.volume.value(0, 0, 0), 5000);
   EXPECT_EQ(loaded.uptake.factor, 0);
   EXPECT_NE(loaded.uptake.refusal.find("(0010,1030)"), std::string::npos);
+}
+
+TEST_F(UptakeFile, AnOpenedSeriesHasUptakeValuesOrOneWarning) {
+  const LoadedInput input = load_input(write_pet(true));
+  for (const std::string& warning : input.warnings) EXPECT_EQ(warning.find("SUV"), std::string::npos) << warning;
+  EXPECT_NEAR(input.volume.value(0, 0, 0), 1.364922, 1e-4);
+  const Preprocessing& preprocessing = input.scene.volume_preprocessing;
+  ASSERT_EQ(preprocessing.filters.size(), 1u);
+  EXPECT_EQ(preprocessing.filters[0].kind, FilterKind::Uptake);
+  EXPECT_EQ(unit_after(preprocessing.filters, input.intensity_unit), "SUV");
+  EXPECT_EQ(preprocessing.checksum, checksum_of(input.volume));
+  ASSERT_FALSE(input.volumes.empty());  // stored values, for undo
+  EXPECT_EQ(input.volumes[0].volume.value(0, 0, 0), 5000);
+  // The scene keeps the factor: reading it again needs no attribute.
+  write_scene(folder / "scene.json", input.scene);
+  write_pet(false);
+  EXPECT_EQ(load_input(folder / "scene.json").volume.value(1, 1, 0), input.volume.value(1, 1, 0));
+  const LoadedInput without = load_input(folder / "pet.dcm");
+  EXPECT_EQ(without.volume.value(0, 0, 0), 5000);
+  EXPECT_EQ(unit_after(without.scene.volume_preprocessing.filters, without.intensity_unit), "Bq/ml");
+  ASSERT_EQ(without.warnings.size(), 2u);  // and that it is a single slice
+  EXPECT_NE(without.warnings[1].find("Patient's Weight (0010,1030) is missing"), std::string::npos);
+  EXPECT_EQ(without.warnings[1].find('\n'), std::string::npos);
 }
 
 }  // namespace

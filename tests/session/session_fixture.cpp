@@ -66,6 +66,7 @@ SessionState state_of(const Session& session) { return {session.scene()}; }
     return differs("the points");
   if (x.measurements != y.measurements) return differs("the measurements");
   if (x.layers != y.layers) return differs("the layers");
+  if (x.volume_preprocessing != y.volume_preprocessing) return differs("the filters of the volume");
   if (std::memcmp(&x.simulation, &y.simulation, sizeof x.simulation) != 0)
     return differs("the simulation's parameters");
   return ::testing::AssertionSuccess();

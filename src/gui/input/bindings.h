@@ -21,7 +21,7 @@ enum class Act {
   ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, NameMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
   ShowMeshes, ShowFill, ShowField, ShowAxes, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ClipAxial, ClipSagittal, ClipCoronal, ClipFree, FlipAxial, FlipSagittal, FlipCoronal, FlipFree, FaceFreePlane, ImageOnCaps, VolumeShaded, VolumeMaximum,
-  AddLayer, AddLayerFolder, RegisterLayer, LoadTransform, SaveTransform, RemoveLayer, LayerContrast, LayerBlend, LayerCheckerboard, LayerSwipe, ShowLayers,
+  AddLayer, AddLayerFolder, RegisterLayer, FilterLayer, FilterVolume, LoadTransform, SaveTransform, RemoveLayer, LayerContrast, LayerBlend, LayerCheckerboard, LayerSwipe, ShowLayers,
   ShowPanels, ShowSteps, Researcher,
   Help, ChangeKeys, Messages, About,
   CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,

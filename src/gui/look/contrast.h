@@ -2,7 +2,7 @@
 #pragma once
 #include <span>
 
-#include "image/volume.h"
+#include "image/contrast_range.h"
 
 namespace simplexseg {
 
@@ -12,9 +12,5 @@ struct ContrastPreset {
   double window, level;
 };
 std::span<const ContrastPreset> contrast_presets();
-
-/// Intensity range for automatic contrast: from the 1st percentile of all voxels to the 99.5th percentile of the voxels
-/// above the lowest value; for a CT, the soft-tissue window. `max` is above `min` even for a constant volume.
-Volume::Range contrast_range(const Volume& volume);
 
 }  // namespace simplexseg

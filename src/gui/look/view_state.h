@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gui/look/clip_planes.h"
+#include "gui/look/landmark_input.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/look/surface_values.h"
 #include "image/intensity_range.h"
@@ -64,6 +65,7 @@ struct ViewState {
   LayerMode layer_mode = LayerMode::Blend;
   double swipe = 0.5;       ///< place of the divider of Swipe, share of the width of a slice view
   ItemId active_layer = 0;  ///< layer that the panel Layers edits; 0: none
+  LandmarkInput landmarks;  ///< of a registration
   bool show_slices_3d = true;
   ClipState clip;                                       ///< planes that cut the 3D view
   VolumeMode volume_mode = VolumeMode::Off;             ///< volume in the 3D view

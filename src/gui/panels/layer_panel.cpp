@@ -39,7 +39,9 @@ LayerPanel::LayerPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
       window_(new NumberBox(this)),
       level_(new NumberBox(this)),
       unit_(new QLabel(this)),
-      transform_(new QLabel(this)) {
+      transform_(new QLabel(this)),
+      filters_(new QLabel(this)),
+      volume_(new QLabel(this)) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
   list_->setObjectName("layer_list");
@@ -88,14 +90,20 @@ LayerPanel::LayerPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
     box->setStepType(QAbstractSpinBox::AdaptiveDecimalStepType);
   }
   layout->addLayout(form);
-  transform_->setWordWrap(true);
-  transform_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   transform_->setObjectName("layer_transform");
-  set_role(transform_, "dim");
-  layout->addWidget(transform_);
-  auto* buttons = new QHBoxLayout;
+  filters_->setObjectName("layer_filters");
+  volume_->setObjectName("volume_filters");
+  for (QLabel* label : {transform_, filters_, volume_}) {
+    label->setWordWrap(true);
+    label->setTextInteractionFlags(Qt::TextSelectableByMouse);
+    set_role(label, "dim");
+    layout->addWidget(label);
+  }
+  constexpr int kButtonsInRow = 3;
+  auto* buttons = new QGridLayout;
   const std::pair<Act, QString> entries[] = {{Act::AddLayer, tr("Add...")},
                                              {Act::RegisterLayer, tr("Register...")},
+                                             {Act::FilterLayer, tr("Filter...")},
                                              {Act::LayerContrast, tr("Contrast")},
                                              {Act::RemoveLayer, tr("Remove")}};
   for (const auto& [act, title] : entries) {
@@ -105,7 +113,7 @@ LayerPanel::LayerPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
     button->setToolButtonStyle(Qt::ToolButtonTextOnly);
     set_role(button, "raised");
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-    buttons->addWidget(button);
+    buttons->addWidget(button, buttons->count() / kButtonsInRow, buttons->count() % kButtonsInRow);
   }
   layout->addLayout(buttons);
 
@@ -179,6 +187,10 @@ void LayerPanel::set_contrast() {
 
 QString LayerPanel::transform_text(const LayerItem& layer) const {
   const LayerImages& images = workbench_.layer_images();
+  LayerItem source = layer;
+  source.preprocessing = {};
+  if (!images.image_of(layer) && images.image_of(source))
+    return tr("Not shown: its filters could not be computed. Restore the installation and open the scene again.");
   if (!images.image_of(layer))
     return tr("Not shown: the image '%1' could not be read. Restore the file and open the scene again.")
         .arg(text(layer.path));
@@ -216,6 +228,12 @@ void LayerPanel::refresh() {
   for (QWidget* control : {static_cast<QWidget*>(colours_), static_cast<QWidget*>(opacity_),
                            static_cast<QWidget*>(window_), static_cast<QWidget*>(level_)})
     set_enabled(control, layer != nullptr, tr("Add a layer first"));
+  const auto show_filters = [](QLabel* label, const QString& what, const std::vector<FilterStep>& filters) {
+    label->setText(filters.empty() ? QString() : QString("%1: %2").arg(what, text(describe(filters))));
+    label->setVisible(!filters.empty());
+  };
+  show_filters(filters_, tr("Filters"), layer ? layer->preprocessing.filters : std::vector<FilterStep>());
+  show_filters(volume_, tr("Filters of the volume"), workbench_.scene().volume_preprocessing.filters);
   transform_->setText(layer ? transform_text(*layer) : QString());
   percent_->setText(layer ? QString("%1%").arg(std::lround(layer->opacity * 100)) : QString());
   unit_->setText(layer ? text(layer->unit) : QString());

@@ -36,7 +36,7 @@ class LayerPanel : public QWidget {
   QSlider* opacity_;
   QLabel* percent_;
   QDoubleSpinBox *window_, *level_;
-  QLabel *unit_, *transform_;
+  QLabel *unit_, *transform_, *filters_, *volume_;
   bool opacity_dragged_ = false;  ///< the current drag of the slider has already changed the layer
 };
 

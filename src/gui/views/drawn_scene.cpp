@@ -7,7 +7,8 @@
 namespace simplexseg {
 
 DrawnScene::DrawnScene(Workbench& workbench) : workbench_(workbench) {
-  connect(&workbench_, &Workbench::volume_changed, this, &DrawnScene::begin_volume);
+  for (const auto signal : {&Workbench::volume_changed, &Workbench::volume_filtered})
+    connect(&workbench_, signal, this, &DrawnScene::begin_volume);
 }
 
 void DrawnScene::begin_volume() {

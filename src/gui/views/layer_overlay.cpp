@@ -20,9 +20,14 @@ constexpr double kSquare = 56;         // side of a square of the checkerboard, 
 
 void LayerOverlay::prepare(const SceneBuffers::Slice* slice) {
   slices_.clear();
-  if (!slice || !workbench_.view.show_layers || workbench_.scene().layers.empty()) return;
+  const LandmarkInput& landmarks = workbench_.view.landmarks;
+  const bool layer_only = landmarks.next == LandmarkInput::Next::Layer;
+  if (!slice || !(workbench_.view.show_layers || layer_only) || workbench_.scene().layers.empty() ||
+      landmarks.next == LandmarkInput::Next::Volume)
+    return;
   if (const std::vector<LayerSlice>* const drawn = drawn_.layers(slice->grid, view_.orientation(), view_.neighbour()))
     slices_ = *drawn;
+  if (layer_only) std::erase_if(slices_, [&](const LayerSlice& one) { return one.item.id != landmarks.layer; });
 }
 
 void LayerOverlay::draw(const Projection& projection) const {
@@ -31,10 +36,15 @@ void LayerOverlay::draw(const Projection& projection) const {
   cover.mode = workbench_.view.layer_mode;
   cover.divider_px = static_cast<float>(divider_x()) * ratio;
   cover.square_px = static_cast<float>(kSquare) * ratio;
+  if (workbench_.view.landmarks.next == LandmarkInput::Next::Layer)
+    cover.mode = LayerMode::Swipe, cover.divider_px = 0;  // covers the volume
   for (const LayerSlice& slice : slices_) painter_.draw(projection, slice, cover);
 }
 
-bool LayerOverlay::shows_divider() const { return !slices_.empty() && workbench_.view.layer_mode == LayerMode::Swipe; }
+bool LayerOverlay::shows_divider() const {
+  return !slices_.empty() && workbench_.view.layer_mode == LayerMode::Swipe &&
+         workbench_.view.landmarks.next == LandmarkInput::Next::None;
+}
 
 double LayerOverlay::divider_x() const { return std::round(workbench_.view.swipe * view_.width()); }
 

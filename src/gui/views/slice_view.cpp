@@ -40,7 +40,8 @@ SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orient
       orientation_(orientation),
       neighbour_(neighbour),
       tools_(workbench, *this),
-      layers_(workbench, drawn, *this) {
+      layers_(workbench, drawn, *this),
+      landmarks_(workbench, *this) {
   set_orientation(orientation);
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
   connect(&workbench_, &Workbench::view_changed, this, [this] { tools_.discard_outdated_measurement(); });
@@ -172,7 +173,7 @@ void SliceView::create_painters() {
   line_painter_.create();
   disc_painter_.create();
   measurement_layer_.create();
-  layers_.create();
+  layers_.create(), landmarks_.create();
 }
 
 void SliceView::destroy_painters() {
@@ -182,7 +183,7 @@ void SliceView::destroy_painters() {
   line_painter_.destroy();
   disc_painter_.destroy();
   measurement_layer_.destroy();
-  layers_.destroy();
+  layers_.destroy(), landmarks_.destroy();
 }
 
 Projection SliceView::projection() const {
@@ -226,6 +227,7 @@ void SliceView::paint() {
   draw_brush(projection);
   measurement_layer_.draw(projection, workbench_, *this, tools_.measurement());
   layers_.draw_divider(projection);
+  landmarks_.draw(projection);
   if (view.show_annotations) draw_scale_bar(projection);
 }
 
@@ -355,6 +357,7 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   letter(-axes.up, Qt::AlignHCenter | Qt::AlignBottom);
   measurement_layer_.add_labels(labels);
   layers_.add_labels(labels, box);
+  landmarks_.add_labels(labels, box);
   if (!workbench_.view.show_annotations) return;
   labels.push_back(
       {box, Qt::AlignLeft | Qt::AlignTop, slice_title(workbench_, *this), theme::slice_colour(orientation_)});
@@ -380,7 +383,7 @@ void SliceView::annotate(std::vector<Label>& labels) const {
 }
 
 void SliceView::mousePressEvent(QMouseEvent* event) {
-  if (!layers_.press(*event)) tools_.press(*event);
+  if (!landmarks_.press(*event) && !layers_.press(*event)) tools_.press(*event);
 }
 void SliceView::mouseMoveEvent(QMouseEvent* event) {
   if (!layers_.move(*event)) tools_.move(*event);
@@ -420,6 +423,8 @@ void SliceView::update_cursor() {
     setCursor(Qt::SizeAllCursor);
   } else if (layers_.is_on_divider()) {
     setCursor(Qt::SplitHCursor);
+  } else if (view.landmarks.next != LandmarkInput::Next::None) {
+    setCursor(Qt::CrossCursor);
   } else if (view.hovered_point || view.hovered_measurement) {
     setCursor(Qt::PointingHandCursor);
   } else if (view.tool == Tool::ZoomPan) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gui/look/slice_geometry.h"
+#include "gui/views/landmark_overlay.h"
 #include "gui/views/layer_overlay.h"
 #include "gui/views/measurement_layer.h"
 #include "gui/views/paint_outline.h"
@@ -124,6 +125,7 @@ class SliceView : public View {
   DiscPainter disc_painter_;
   MeasurementLayer measurement_layer_;
   LayerOverlay layers_;
+  LandmarkOverlay landmarks_;
 };
 
 }  // namespace simplexseg

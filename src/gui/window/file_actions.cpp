@@ -180,6 +180,7 @@ void FileActions::open_loaded(LoadedInput input, const std::filesystem::path& pa
   emit about_to_open();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
                   std::move(input.history));
+  workbench_.add_volumes(std::move(input.volumes));
   workbench_.add_layer_images(input.layers);
   is_dicom_ = input.is_dicom;
   workbench_.view.low_is_bright = input.low_is_bright;
@@ -202,6 +203,7 @@ void FileActions::restore(LoadedInput input, const AutosaveInfo& info) {
   emit about_to_open();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
                   std::move(input.history));
+  workbench_.add_volumes(std::move(input.volumes));
   workbench_.add_layer_images(input.layers);
   is_dicom_ = input.is_dicom;
   workbench_.view.low_is_bright = input.low_is_bright;

@@ -5,12 +5,13 @@
 #include <QActionGroup>
 #include <QFileDialog>
 #include <QFileInfo>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <numeric>
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
-#include "gui/look/contrast.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/look/widgets.h"
@@ -20,8 +21,8 @@
 #include "gui/workbench/workbench.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
+#include "io/scene/layer_file.h"
 #include "io/transform/transform_io.h"
-#include "io/volume/volume_checksum.h"
 #include "io/volume/volume_io.h"
 
 namespace simplexseg {
@@ -30,39 +31,6 @@ namespace {
 const char* kImageFilter =
     "Volumes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.gipl *.gipl.gz *.mnc *.dcm);;All files (*)";
 const char* kReadFilter = "Transforms (*.tfm *.txt *.mat *.h5 *.nii *.nii.gz);;All files (*)";
-
-/// Layer for an image with its voxels.
-struct AddedLayer {
-  LayerItem item;
-  std::shared_ptr<const Volume> image;
-  std::vector<std::string> warnings;
-};
-
-AddedLayer read_layer(const std::filesystem::path& path) {
-  LoadedVolume loaded = load_volume(path);
-  AddedLayer added;
-  LayerItem& item = added.item;
-  item.path = std::filesystem::absolute(path).lexically_normal().string();
-  item.checksum = checksum_of(loaded.volume);
-  item.unit = loaded.intensity_unit;
-  const Volume::Range range = contrast_range(loaded.volume);
-  item.window = range.max - range.min;
-  item.level = (range.max + range.min) / 2;
-  item.name = loaded.series;
-  if (loaded.uptake.factor > 0) {
-    item.scale = loaded.uptake.factor;
-    item.unit = "SUV";
-    item.colour_map = ColourMap::Hot;
-    constexpr double kUsualWindow = 10;  // of FDG
-    item.window = kUsualWindow, item.level = kUsualWindow / 2;
-  } else if (!loaded.uptake.refusal.empty()) {
-    loaded.warnings.push_back("uptake values (SUV) of " + quoted(path) +
-                              " are not available: " + loaded.uptake.refusal + "; stored values are shown");
-  }
-  added.warnings = std::move(loaded.warnings);
-  added.image = std::make_shared<const Volume>(std::move(loaded.volume));
-  return added;
-}
 
 /// Whether the boxes around two images overlap.
 bool overlap(const VolumeGeometry& a, const VolumeGeometry& b) {
@@ -157,6 +125,7 @@ void LayerActions::fill(QMenu& menu) {
   const std::initializer_list<Act> groups[] = {
       {Act::AddLayer, Act::AddLayerFolder, Act::RemoveLayer},
       {Act::RegisterLayer, Act::LoadTransform, Act::SaveTransform},
+      {Act::FilterLayer, Act::FilterVolume},
       {Act::LayerBlend, Act::LayerCheckerboard, Act::LayerSwipe, Act::ShowLayers, Act::LayerContrast}};
   for (const auto& group : groups) {
     if (!menu.isEmpty()) menu.addSeparator();
@@ -192,13 +161,12 @@ void LayerActions::refresh() {
 }
 
 void LayerActions::add(const QString& path) {
-  auto added = std::make_shared<AddedLayer>();
+  auto added = std::make_shared<LayerFile>();
   const VolumeGeometry volume = workbench_.session().volume().geometry();
   job_.start(
       tr("Loading %1...").arg(QFileInfo(path).fileName()), [=, file = to_path(path)] { *added = read_layer(file); },
       [=, this] {
         LayerItem& item = added->item;
-        if (item.name.empty()) item.name = shown_path(QFileInfo(path).fileName().section('.', 0, 0));
         LayerImages images;
         images.add_image(item, added->image);
         workbench_.add_layer_images(images);
@@ -214,11 +182,13 @@ void LayerActions::add(const QString& path) {
 
 void LayerActions::ask_registration() {
   const LayerItem* const layer = active();
-  if (!layer) return;
-  auto* dialog = new RegisterDialog(*layer, &window_);
+  const auto* const shown = window_.findChild<RegisterDialog*>();
+  if (!layer || (shown && shown->isVisible())) return;
+  auto* dialog = new RegisterDialog(workbench_, *layer, &window_);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   connect(dialog, &QDialog::accepted, this, [this, dialog, id = layer->id] {
     const RegistrationSettings settings = dialog->settings();
+    const Landmarks landmarks = dialog->landmarks();
     QString field;
     if (settings.kind == RegistrationKind::Displacement) {
       field = local_path(QFileDialog::getSaveFileUrl(&window_, tr("Save the displacement field"),
@@ -226,12 +196,13 @@ void LayerActions::ask_registration() {
                                                      tr("Displacement fields (*.nii.gz *.nii)")));
       if (field.isEmpty()) return;
     }
-    register_layer(id, settings, field);
+    register_layer(id, settings, field, landmarks);
   });
-  dialog->open();
+  dialog->show();  // not modal: landmarks are placed in the slices
 }
 
-void LayerActions::register_layer(ItemId id, const RegistrationSettings& settings, const QString& field_path) {
+void LayerActions::register_layer(ItemId id, const RegistrationSettings& settings, const QString& field_path,
+                                  const Landmarks& landmarks) {
   const LayerItem* const layer = workbench_.scene().find_layer(id);
   const std::shared_ptr<const Volume> moving = layer ? workbench_.layer_images().image_of(*layer) : nullptr;
   if (!moving) return;
@@ -263,6 +234,11 @@ void LayerActions::register_layer(ItemId id, const RegistrationSettings& setting
                       .arg(found->jacobian.min, 0, 'f', 2)
                       .arg(found->jacobian.max, 0, 'f', 2)
                       .arg(100 * found->jacobian.folded_share, 0, 'f', 2);
+        if (const std::vector<double> residuals = residuals_mm(found->result.transform, landmarks); !residuals.empty())
+          note += tr(" Landmarks: residual %1 mm on average, %2 mm at most.")
+                      .arg(std::reduce(residuals.begin(), residuals.end()) / static_cast<double>(residuals.size()), 0,
+                           'f', 1)
+                      .arg(*std::max_element(residuals.begin(), residuals.end()), 0, 'f', 1);
         set_transform(id, found->transform, note);
       },
       BackgroundJob::Cancellable::Yes);

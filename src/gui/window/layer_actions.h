@@ -5,6 +5,7 @@
 #include <QString>
 
 #include "io/registration/registration.h"
+#include "io/transform/landmarks.h"
 #include "session/scene.h"
 
 class QMainWindow;
@@ -28,8 +29,9 @@ class LayerActions : public QObject {
   /// Adds an image as a layer.
   void add(const QString& path);
   /// Registers a layer to the volume and sets its transform. `field_path`: file for the displacement field, required
-  /// for that kind.
-  void register_layer(ItemId id, const RegistrationSettings& settings, const QString& field_path = {});
+  /// for that kind. `landmarks`: their residual after the registration is reported.
+  void register_layer(ItemId id, const RegistrationSettings& settings, const QString& field_path = {},
+                      const Landmarks& landmarks = {});
   /// Sets the transform of the active layer from a file.
   void load_transform(const QString& path);
   /// Writes the affine transform of the active layer.

@@ -35,6 +35,7 @@
 #include "gui/window/archive_actions.h"
 #include "gui/window/compare/compare_window.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/filter_actions.h"
 #include "gui/window/image_menu.h"
 #include "gui/window/key_dialog.h"
 #include "gui/window/label_actions.h"
@@ -112,6 +113,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   files_ = new FileActions(*workbench_, *job_, *actions_, *this);
   new LabelActions(*workbench_, *job_, *files_, *actions_, *this);
   layers_ = new LayerActions(*workbench_, *job_, *files_, *actions_, *this);
+  filters_ = new FilterActions(*workbench_, *job_, *actions_, *this);
   build_views();
   archive_ = new ArchiveActions(
       *workbench_, *job_, *files_, *actions_, [this] { return picture_of_views(); }, *this);

@@ -16,6 +16,7 @@ class CompareWindow;
 class DrawnScene;
 class Engine;
 class FileActions;
+class FilterActions;
 class FrameLoop;
 class LayerActions;
 class MessageBar;
@@ -39,6 +40,7 @@ class MainWindow : public QMainWindow {
   ActionTable& actions() { return *actions_; }
   FileActions& files() { return *files_; }
   LayerActions& layers() { return *layers_; }
+  FilterActions& filters() { return *filters_; }
   ArchiveActions& archive() { return *archive_; }
   BackgroundJob& job() { return *job_; }
   MessageBar& messages() { return *messages_; }
@@ -87,6 +89,7 @@ class MainWindow : public QMainWindow {
   BackgroundJob* job_ = nullptr;
   FileActions* files_ = nullptr;
   LayerActions* layers_ = nullptr;
+  FilterActions* filters_ = nullptr;
   ArchiveActions* archive_ = nullptr;
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;

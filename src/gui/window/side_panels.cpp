@@ -75,7 +75,9 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   actions.on_toggle(Act::Researcher, [this](bool researcher) { set_researcher(researcher); });
   set_researcher(false);
   connect(&workbench, &Workbench::scene_changed, this, [this, &workbench] {
-    const auto count = static_cast<int>(workbench.scene().layers.size());
+    const Scene& scene = workbench.scene();
+    const bool filtered = !scene.volume_preprocessing.filters.empty();
+    const int count = static_cast<int>(scene.layers.size()) + (filtered ? 1 : 0);
     const int before = std::exchange(layer_count_, count);
     if ((before == 0) != (count == 0)) arrange();
     if (count > before) show_panel(layers_->objectName());

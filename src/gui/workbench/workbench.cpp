@@ -11,13 +11,25 @@
 #include "gui/input/key_map.h"
 #include "gui/look/contrast.h"
 #include "image/intensity_samples.h"
+#include "io/scene/load_input.h"
 
 namespace simplexseg {
+
+namespace {
+
+/// Values that automatic contrast shows black and white; for uptake values 0 and 10.
+Volume::Range automatic_range(const Volume& volume, const std::string& unit) {
+  constexpr double kUptakeMax = 10;  // usual for FDG
+  return unit == "SUV" ? Volume::Range{0, kUptakeMax} : contrast_range(volume);
+}
+
+}  // namespace
 
 Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> fallback)
     : session_(std::move(engine), std::move(fallback)) {
   side_thread_.setMaxThreadCount(1);
   side_thread_.setExpiryTimeout(-1);  // the thread stays alive for all frames
+  add_filters(session_, {});
   drag_pause_.setSingleShot(true);
   drag_pause_.setInterval(250);
   connect(&drag_pause_, &QTimer::timeout, this, &Workbench::scene_changed);
@@ -86,6 +98,7 @@ void Workbench::open(Scene scene, Volume volume, References references, UndoHist
   references_ = std::move(references);
   layer_images_ = {};
   share_layer_images();
+  volume_filters_ = key_of(this->scene().volume_preprocessing.filters);
   patient_.clear();
   series_.clear();
   cuts_.clear();
@@ -162,6 +175,15 @@ void Workbench::add_layer_images(const LayerImages& images) {
   emit view_changed();
 }
 
+void Workbench::add_volumes(std::vector<FilteredVolume> volumes) { add_filters(idle_session(), std::move(volumes)); }
+
+/// Reports that a command has changed the filters of the volume.
+void Workbench::report_filters() {
+  std::string filters = key_of(scene().volume_preprocessing.filters);
+  if (std::exchange(volume_filters_, std::move(filters)) == volume_filters_) return;
+  emit volume_filtered();
+}
+
 void Workbench::add_reference(const std::string& path, Volume labels, std::shared_ptr<const LabelFile> file) {
   references_.add(path, std::move(labels), std::move(file));
   emit references_changed();
@@ -183,6 +205,8 @@ bool Workbench::sample_range(const std::array<Eigen::Vector3d, 3>& corners_mm) {
 
 bool Workbench::apply(const Command& command, ItemId* added) {
   ItemId id = 0;
+  const Volume volume = idle_session().volume();  // shares the voxels
+  const std::string unit = intensity_unit();
   try {
     id = idle_session().apply(command);
     idle_session().finish_cancelled_update();
@@ -200,10 +224,17 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (id != 0 && std::holds_alternative<AddLayer>(command)) view.active_layer = id;
   forget_missing_items();
   failed_ = false;
-  const bool places =
-      adds_point || std::holds_alternative<AddMesh>(command) || std::holds_alternative<SetIntensityRange>(command);
+  const bool places = adds_point || std::holds_alternative<AddMesh>(command) ||
+                      std::holds_alternative<SetIntensityRange>(command) ||
+                      (std::holds_alternative<FilterVolume>(command) && !scene().meshes.empty());
   // Pause after undo and redo, to show their effect; the next point or mesh starts the simulation again.
   if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command)) set_running(false);
+  // An automatic contrast follows the values; one that the user has set stays.
+  if (idle_session().volume().data() != volume.data()) {
+    const Volume::Range range = automatic_range(volume, unit);
+    if (view.window == range.max - range.min && view.level == (range.max + range.min) / 2) set_automatic_contrast();
+  }
+  report_filters();
   if (places && !running_ && !paused_by_user_) set_running(true);
   if (std::holds_alternative<ResetPose>(command)) emit restarted();
   const auto* move = std::get_if<MovePoint>(&command);
@@ -348,7 +379,7 @@ void Workbench::set_active_mesh(ItemId mesh) {
 
 void Workbench::set_automatic_contrast() {
   if (!has_volume()) return;
-  const Volume::Range range = contrast_range(idle_session().volume());
+  const Volume::Range range = automatic_range(idle_session().volume(), intensity_unit());
   view.window = range.max - range.min;
   view.level = (range.max + range.min) / 2;
   view_edited();

@@ -51,10 +51,13 @@ class Workbench : public QObject {
   /// Opens a scene, and sets crosshair, window and level for the volume. Throws the errors of
   /// Session::open().
   void open(Scene scene, Volume volume, References references = {}, UndoHistory history = UndoHistory());
+  /// Adds results of filters on the volume (Session::add_volume()), and the function that computes missing ones.
+  void add_volumes(std::vector<FilteredVolume> volumes);
   /// Sets the names of patient and series for the views; each may be empty.
   void set_title(const QString& patient, const QString& series);
   /// Unit of the intensities of the volume; "" if unknown.
-  const std::string& intensity_unit() const { return intensity_unit_; }
+  std::string intensity_unit() const { return unit_after(scene().volume_preprocessing.filters, intensity_unit_); }
+  /// Sets the unit without filters.
   void set_intensity_unit(const std::string& unit);
   QString patient_name() const { return patient_; }
   QString series_name() const { return series_; }
@@ -127,7 +130,8 @@ class Workbench : public QObject {
   void restarted();                                ///< a scene was opened, or meshes were reset
   void references_changed();
   void layer_images_changed();
-  void point_moved();  ///< a point or measurement; scene_changed follows when the drag ends or pauses
+  void volume_filtered();  ///< the values of the volume have changed, its grid has not
+  void point_moved();      ///< a point or measurement; scene_changed follows when the drag ends or pauses
   void view_changed();
   void volume_changed();
   void running_changed();
@@ -145,6 +149,7 @@ class Workbench : public QObject {
   void warn(const std::vector<std::string>& lines);
   /// Withdraws the last warning if MeshField::needs_warning() is false for the fields of all unlocked meshes.
   void withdraw_warning();
+  void report_filters();
   void update_solving();
   /// Calls `advance` and reports its result by signals and messages.
   Advance report(const std::function<Advance()>& advance);
@@ -165,6 +170,7 @@ class Workbench : public QObject {
   LayerImages layer_images_;
   QString patient_, series_;
   std::string intensity_unit_;
+  std::string volume_filters_;  ///< key_of() the filters of the volume, as last reported
   RepeatedWarning cuts_, warnings_;
   std::set<std::string> warned_;  ///< warnings since the user's last action
   QString shown_warning_;         ///< last message of warnings_, until it is withdrawn

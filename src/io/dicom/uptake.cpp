@@ -7,6 +7,7 @@
 
 #include "core/number_text.h"
 #include "io/dicom/dicom_requests.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
@@ -104,8 +105,14 @@ UptakeScale uptake_scale(const PetAttributes& pet) {
     return {1, ""};
   }
   if (pet.units == "CNTS") {
-    const auto factor = number_above_0(pet.philips_factor);
-    return factor ? UptakeScale{*factor, ""} : refuse_missing("SUV Scale Factor (7053,1000)", pet.philips_factor);
+    if (const auto factor = number_above_0(pet.philips_factor)) return {*factor, ""};
+    const auto activity = number_above_0(pet.philips_activity);
+    if (!activity) return refuse_missing("SUV Scale Factor (7053,1000)", pet.philips_factor);
+    PetAttributes calibrated = pet;
+    calibrated.units = "BQML";
+    UptakeScale scale = uptake_scale(calibrated);
+    scale.factor *= *activity;
+    return scale;
   }
   if (pet.units != "BQML") return refuse_missing("Units (0054,1001)", pet.units);
   for (const char* const correction : {"ATTN", "DECY"})
@@ -121,6 +128,12 @@ UptakeScale uptake_scale(const PetAttributes& pet) {
   const double decayed = *dose * (seconds > 0 ? std::exp2(-seconds / *half_life) : 1);
   constexpr double kGramsPerKilogram = 1000;
   return {*weight * kGramsPerKilogram / decayed, ""};
+}
+
+std::string uptake_warning(const std::filesystem::path& path, const UptakeScale& uptake) {
+  if (uptake.refusal.empty()) return "";
+  return "uptake values (SUV) of " + quoted(path) + " are not available: " + uptake.refusal +
+         "; stored values are shown";
 }
 
 std::string unit_of_pet(const PetAttributes& pet) {
@@ -142,7 +155,8 @@ PetAttributes read_pet_attributes(const std::filesystem::path& file) {
                                                        {{0x0018, 0x1074}, &pet.total_dose_bq},
                                                        {{0x0018, 0x1075}, &pet.half_life_s},
                                                        {{0x0010, 0x1030}, &pet.weight_kg},
-                                                       {{0x7053, 0x1000}, &pet.philips_factor}};
+                                                       {{0x7053, 0x1000}, &pet.philips_factor},
+                                                       {{0x7053, 0x1009}, &pet.philips_activity}};
   std::vector<DicomTag> tags;
   for (const auto& [tag, member] : members) tags.push_back(tag);
   try {

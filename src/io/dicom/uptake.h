@@ -17,7 +17,8 @@ struct PetAttributes {
   std::string start_time, start_date_time;  ///< of the injection, TM and DT; one of them suffices
   std::string total_dose_bq, half_life_s;   ///< injected dose at the time of injection
   std::string weight_kg;
-  std::string philips_factor;  ///< private SUV Scale Factor (7053,1000) for CNTS
+  std::string philips_factor;    ///< private SUV Scale Factor (7053,1000) for CNTS
+  std::string philips_activity;  ///< private Activity Concentration Scale Factor (7053,1009) for CNTS, Bq/ml
 };
 
 /// Factor from voxel values to SUVbw, or the reason why there is none.
@@ -27,11 +28,15 @@ struct UptakeScale {
 };
 
 /// SUVbw factor: for BQML, weight in g over the dose that has decayed until the time to which the image is corrected
-/// (START: series date and time; ADMIN: the injection); for GML 1; for CNTS that of Philips.
+/// (START: series date and time; ADMIN: the injection); for GML 1; for CNTS that of Philips, or else by its factor to
+/// Bq/ml as for BQML.
 UptakeScale uptake_scale(const PetAttributes& pet);
 
 /// Reads the attributes of a file; all are empty if it cannot be read. Throws WorkerUnavailable.
 PetAttributes read_pet_attributes(const std::filesystem::path& file);
+
+/// Warning of one line that stored values are shown, and why; "" with a factor, and for images without refusal.
+std::string uptake_warning(const std::filesystem::path& path, const UptakeScale& uptake);
 
 /// Unit of the voxel values of Units (0054,1001): "Bq/ml", "counts" ...; "" for others.
 std::string unit_of_pet(const PetAttributes& pet);

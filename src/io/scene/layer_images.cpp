@@ -9,6 +9,7 @@
 #include "core/number_text.h"
 #include "io/platform/data_path.h"
 #include "io/platform/files.h"
+#include "io/registration/filters.h"
 #include "io/transform/transform_io.h"
 #include "io/volume/volume_checksum.h"
 #include "io/volume/volume_io.h"
@@ -16,6 +17,10 @@
 namespace simplexseg {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr const char* kOtherResult =
+    "its filters give other values than those with which the scene was saved, because the image or the version of ITK "
+    "differs: check that the segmentations are right";
 
 std::string checksum_of_file(const fs::path& path) {
   const std::string bytes = read_bytes(path);
@@ -26,7 +31,7 @@ std::string checksum_of_file(const fs::path& path) {
 }  // namespace
 
 std::shared_ptr<const Volume> LayerImages::image_of(const LayerItem& layer) const {
-  const auto found = images_.find(key_of(layer));
+  const auto found = images_.find(key_of_image(layer));
   return found == images_.end() ? nullptr : found->second;
 }
 
@@ -73,7 +78,27 @@ LayerOnGrid layer_file_source(const fs::path& scene_folder) {
 }
 
 void LayerImages::add_image(const LayerItem& layer, std::shared_ptr<const Volume> image) {
-  images_.insert_or_assign(key_of(layer), std::move(image));
+  images_.insert_or_assign(key_of_image(layer), std::move(image));
+}
+
+std::string LayerImages::add_filtered(const LayerItem& layer) {
+  LayerItem part = layer;
+  const auto choose = [&](std::span<const FilterStep> filters) {
+    part.preprocessing.filters.assign(filters.begin(), filters.end());
+  };
+  const auto find = [&](std::span<const FilterStep> filters) {
+    choose(filters);
+    const Volume* const image = image_of(part).get();
+    if (!image && filters.empty()) throw Error(quoted(layer.path), "it is not loaded", "open the scene again");
+    return image;
+  };
+  const auto add = [&](std::span<const FilterStep> filters, Volume result) {
+    choose(filters);
+    add_image(part, std::make_shared<const Volume>(std::move(result)));
+  };
+  return checksum_of(
+      apply_filters(layer.preprocessing.filters, find, add,
+                    [](const Volume& image, const FilterStep& step) { return filter_volume(image, step); }));
 }
 
 void LayerImages::add_transform(const LayerTransform& transform, Transform loaded) {
@@ -89,13 +114,20 @@ void LayerImages::load(const Scene& scene, const fs::path& scene_folder, std::ve
   for (const LayerItem& layer : scene.layers) {
     const std::string what = "layer '" + layer.name + "' is not shown: ";
     try {
-      if (!image_of(layer)) {
+      LayerItem source = layer;
+      source.preprocessing = {};
+      if (!image_of(source)) {
         const fs::path path = find_data(layer.path, scene_folder);
         LoadedVolume loaded = load_volume(path, layer.number, layer.series);
         if (!layer.checksum.empty() && checksum_of(loaded.volume) != layer.checksum)
           warnings.push_back("layer '" + layer.name + "': " + quoted(path) +
                              " is not the image with which the scene was saved: check that it is in the right place");
-        add_image(layer, std::make_shared<const Volume>(std::move(loaded.volume)));
+        add_image(source, std::make_shared<const Volume>(std::move(loaded.volume)));
+      }
+      if (!image_of(layer)) {
+        const std::string& expected = layer.preprocessing.checksum;
+        if (const std::string checksum = add_filtered(layer); !expected.empty() && checksum != expected)
+          warnings.push_back("layer '" + layer.name + "': " + kOtherResult);
       }
       if (has_transform(layer)) continue;
       const fs::path file = find_data(layer.transform.file, scene_folder);

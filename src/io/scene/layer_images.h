@@ -33,6 +33,10 @@ class LayerImages {
   Volume on_grid(const LayerItem& layer, const VolumeGeometry& grid) const;
 
   void add_image(const LayerItem& layer, std::shared_ptr<const Volume> image);
+  /// Applies the filters of a layer to its image, which must have been added without filters; those that are applied
+  /// already are not applied again. Returns the checksum of the result. Throws the errors of filter_volume(), and
+  /// Cancelled (LoadProgress).
+  std::string add_filtered(const LayerItem& layer);
   void add_transform(const LayerTransform& transform, Transform loaded);
   void add(const LayerImages& others);
   /// Reads the files of the layers of a scene that are not loaded yet; find_data() searches for images. A file that is
@@ -40,8 +44,10 @@ class LayerImages {
   void load(const Scene& scene, const std::filesystem::path& scene_folder, std::vector<std::string>& warnings);
 
  private:
-  using Key = std::tuple<std::string, int, std::string>;  ///< path, number and series
-  static Key key_of(const LayerItem& layer) { return {layer.path, layer.number, layer.series}; }
+  using Key = std::tuple<std::string, int, std::string, std::string>;  ///< path, number, series and filters
+  static Key key_of_image(const LayerItem& layer) {
+    return {layer.path, layer.number, layer.series, key_of(layer.preprocessing.filters)};
+  }
   std::map<Key, std::shared_ptr<const Volume>> images_;
   std::map<std::pair<std::string, std::string>, Transform> transforms_;  ///< key: path and checksum
 };

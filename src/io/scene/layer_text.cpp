@@ -41,8 +41,8 @@ ItemId read_layer_id(const JsonInput& input) {
 }  // namespace
 
 LayerItem layer_from_json(const JsonInput& input, const std::filesystem::path& folder) {
-  input.expect_keys({"name", "image", "volume_number", "series", "checksum", "scale", "unit", "transform", "colour_map",
-                     "opacity", "window", "level", "visible"});
+  input.expect_keys({"name", "image", "volume_number", "series", "checksum", "scale", "unit", "preprocessing",
+                     "transform", "colour_map", "opacity", "window", "level", "visible"});
   LayerItem layer;
   layer.name = input["name"].text();
   layer.path = absolute_if_found(input["image"].text(), folder);
@@ -51,6 +51,7 @@ LayerItem layer_from_json(const JsonInput& input, const std::filesystem::path& f
   if (input.has("checksum")) layer.checksum = input["checksum"].text();
   if (input.has("scale")) layer.scale = input["scale"].number();
   if (input.has("unit")) layer.unit = input["unit"].text();
+  if (input.has("preprocessing")) layer.preprocessing = preprocessing_from_json(input["preprocessing"]);
   if (input.has("transform")) layer.transform = read_transform_keys(input["transform"], folder);
   if (input.has("colour_map")) layer.colour_map = read_colour_map(input["colour_map"]);
   if (input.has("opacity")) layer.opacity = static_cast<float>(input["opacity"].number());
@@ -80,17 +81,23 @@ void read_layer_keys(const JsonInput& input, AddLayer& command) {
 }
 
 void read_layer_keys(const JsonInput& input, EditLayer& command) {
-  input.expect_keys({"layer", "name", "transform", "colour_map", "opacity", "window", "level", "visible", "continues",
-                     "after_steps", "command"});
+  input.expect_keys({"layer", "name", "transform", "preprocessing", "colour_map", "opacity", "window", "level",
+                     "visible", "continues", "after_steps", "command"});
   command.layer = read_layer_id(input["layer"]);
   if (input.has("name")) command.name = input["name"].text_or_empty();
   if (input.has("transform")) command.transform = read_transform_keys(input["transform"], {});
+  if (input.has("preprocessing")) command.preprocessing = preprocessing_from_json(input["preprocessing"]);
   if (input.has("colour_map")) command.colour_map = read_colour_map(input["colour_map"]);
   if (input.has("opacity")) command.opacity = static_cast<float>(input["opacity"].number());
   if (input.has("window")) command.window = input["window"].number();
   if (input.has("level")) command.level = input["level"].number();
   if (input.has("visible")) command.visible = input["visible"].boolean();
   command.continues = input.has("continues") && input["continues"].boolean();
+}
+
+void read_layer_keys(const JsonInput& input, FilterVolume& command) {
+  input.expect_keys({"preprocessing", "after_steps", "command"});
+  command.preprocessing = preprocessing_from_json(input["preprocessing"]);
 }
 
 void read_layer_keys(const JsonInput& input, RemoveLayer& command) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers in scene files and logs (docs/scene-format.md).
+// Layers in scene files and logs, and filters in logs (docs/scene-format.md).
 #pragma once
 #include <concepts>
 #include <filesystem>
 #include <functional>
 #include <string>
 
+#include "io/scene/preprocessing_text.h"
 #include "session/command.h"
 
 namespace simplexseg {
@@ -14,7 +15,7 @@ class JsonInput;
 
 template <class C>
 concept LayerCommand = std::same_as<C, AddLayer> || std::same_as<C, EditLayer> || std::same_as<C, RemoveLayer> ||
-    std::same_as<C, SetImages>;
+    std::same_as<C, FilterVolume> || std::same_as<C, SetImages>;
 
 /// JSON of a transform of a layer. `file`: path to store instead of that of the transform.
 template <class Json>
@@ -36,6 +37,7 @@ Json layer_json(const LayerItem& layer, const std::function<std::string(const st
   if (!layer.checksum.empty()) json["checksum"] = layer.checksum;
   if (layer.scale != 1) json["scale"] = layer.scale;
   if (!layer.unit.empty()) json["unit"] = layer.unit;
+  if (!layer.preprocessing.filters.empty()) json["preprocessing"] = preprocessing_json<Json>(layer.preprocessing);
   if (!layer.transform.is_identity())
     json["transform"] = layer_transform_json<Json>(layer.transform, stored(layer.transform.file));
   json["colour_map"] = info_of(layer.colour_map).name;
@@ -69,6 +71,7 @@ Json layer_keys_json(const EditLayer& command) {
   Json json = {{"layer", command.layer}};
   if (command.name) json["name"] = *command.name;
   if (command.transform) json["transform"] = layer_transform_json<Json>(*command.transform, command.transform->file);
+  if (command.preprocessing) json["preprocessing"] = preprocessing_json<Json>(*command.preprocessing);
   if (command.colour_map) json["colour_map"] = info_of(*command.colour_map).name;
   if (command.opacity) json["opacity"] = *command.opacity;
   if (command.window) json["window"] = *command.window;
@@ -82,6 +85,10 @@ Json layer_keys_json(const RemoveLayer& command) {
   return {{"layer", command.layer}};
 }
 template <class Json>
+Json layer_keys_json(const FilterVolume& command) {
+  return {{"preprocessing", preprocessing_json<Json>(command.preprocessing)}};
+}
+template <class Json>
 Json layer_keys_json(const SetImages& command) {
   return {{"mesh", command.mesh}, {"images", images_json<Json>(command.images, std::identity())}};
 }
@@ -91,5 +98,6 @@ void read_layer_keys(const JsonInput& input, AddLayer& command);
 void read_layer_keys(const JsonInput& input, EditLayer& command);
 void read_layer_keys(const JsonInput& input, RemoveLayer& command);
 void read_layer_keys(const JsonInput& input, SetImages& command);
+void read_layer_keys(const JsonInput& input, FilterVolume& command);
 
 }  // namespace simplexseg

@@ -2,13 +2,16 @@
 #include "io/scene/load_input.h"
 
 #include <algorithm>
+#include <span>
 
 #include "core/error.h"
 #include "io/platform/files.h"
+#include "io/registration/filters.h"
 #include "io/scene/history_io.h"
 #include "io/scene/set_by_path.h"
 #include "io/volume/volume_checksum.h"
 #include "io/volume/volume_io.h"
+#include "session/session.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -17,7 +20,36 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void load_voxels(LoadedInput& input) {
+/// Result of filters on the volume; new results are added to those of the input, which contain the volume without
+/// filters.
+const Volume& filtered_volume(LoadedInput& input, const std::vector<FilterStep>& filters) {
+  const auto find = [&](std::span<const FilterStep> some) -> const Volume* {
+    for (const FilteredVolume& one : input.volumes)
+      if (std::ranges::equal(one.filters, some)) return &one.volume;
+    return nullptr;
+  };
+  const auto add = [&](std::span<const FilterStep> some, Volume result) {
+    input.volumes.push_back({{some.begin(), some.end()}, std::move(result)});
+  };
+  return apply_filters(filters, find, add,
+                       [](const Volume& volume, const FilterStep& step) { return filter_volume(volume, step); });
+}
+
+/// Applies the filters of the scene to its volume.
+void filter_loaded_volume(LoadedInput& input) {
+  const Preprocessing& preprocessing = input.scene.volume_preprocessing;
+  if (preprocessing.filters.empty()) return;
+  check_volume_filters(preprocessing);
+  input.volumes.push_back({{}, input.volume});
+  input.volume = filtered_volume(input, preprocessing.filters);
+  if (!preprocessing.checksum.empty() && checksum_of(input.volume) != preprocessing.checksum)
+    input.warnings.push_back("the filters of " + quoted(input.volume_path) +
+                             " give other values than those with which the scene was saved, because the image or the "
+                             "version of ITK differs: check that the segmentations are right");
+}
+
+/// Loads the volume of a scene. Returns its uptake values, if it is a PET series.
+UptakeScale load_voxels(LoadedInput& input) {
   LoadedVolume loaded = load_volume(input.volume_path, input.scene.volume_number, input.scene.volume_series);
   input.volume = std::move(loaded.volume);
   input.patient = std::move(loaded.patient);
@@ -34,11 +66,13 @@ void load_voxels(LoadedInput& input) {
                               " is not the image with which the scene was saved: check that the segmentations are in "
                               "the right place");
   expected = checksum;
+  filter_loaded_volume(input);
+  return loaded.uptake;
 }
 
 void load_header(LoadedInput& input) {
   VolumeInfo info = read_volume_info(input.volume_path, input.scene.volume_number, input.scene.volume_series);
-  input.volume = Volume(info.geometry, info.type);
+  input.volume = Volume(info.geometry, type_after(input.scene.volume_preprocessing.filters, info.type));
   input.warnings = std::move(info.warnings);
 }
 
@@ -79,13 +113,24 @@ void load_layers(LoadedInput& input, const fs::path& folder) {
       for (const LayerItem& layer : entry->scene.without_arrays().layers) {
         const auto uses_same_files = [&layer](const LayerItem& other) {
           return layer.path == other.path && layer.number == other.number && layer.series == other.series &&
-                 layer.transform.file == other.transform.file;
+                 layer.preprocessing == other.preprocessing && layer.transform.file == other.transform.file;
         };
         if (std::none_of(input.scene.layers.begin(), input.scene.layers.end(), uses_same_files) &&
             std::none_of(others.layers.begin(), others.layers.end(), uses_same_files))
           others.layers.push_back(layer);
       }
   input.layers.load(others, folder, input.warnings);
+}
+
+/// Applies the filters of the volume that undo or redo would restore.
+void filter_volumes_of_history(LoadedInput& input) {
+  for (const UndoHistory::Entries* entries : {&input.history.to_undo(), &input.history.to_redo()})
+    for (const auto& entry : *entries) {
+      const std::vector<FilterStep>& filters = entry->scene.without_arrays().volume_preprocessing.filters;
+      if (filters == input.scene.volume_preprocessing.filters) continue;
+      if (input.volumes.empty()) input.volumes.push_back({{}, input.volume});
+      filtered_volume(input, filters);
+    }
 }
 
 /// Loads the undo history. An error only adds a warning, since the scene is complete without a history.
@@ -103,7 +148,14 @@ void load_history(LoadedInput& input, const fs::path& path) {
 LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
   LoadedInput input = load_scene(read_scene(path), path.parent_path(), options);
   if (options.history == LoadOptions::History::Read) load_history(input, path);
-  if (options.layers == LoadOptions::Layers::Read) load_layers(input, path.parent_path());
+  if (options.layers == LoadOptions::Layers::Read) {
+    load_layers(input, path.parent_path());
+    try {
+      filter_volumes_of_history(input);
+    } catch (const Error& error) {
+      input.warnings.push_back(std::string("undo of filters is not possible: ") + error.what());
+    }
+  }
   return input;
 }
 
@@ -114,10 +166,16 @@ LoadedInput load_scene(SceneFile file, const fs::path& folder, const LoadOptions
   input.scene = std::move(file.scene);
   input.volume_path = std::move(file.volume);
   const bool reads = options.voxels == LoadOptions::Voxels::Read;
-  if (!input.volume_path.empty()) reads ? load_voxels(input) : load_header(input);
+  if (!input.volume_path.empty() && reads) load_voxels(input);
+  if (!input.volume_path.empty() && !reads) load_header(input);
   input.warnings.insert(input.warnings.end(), file.warnings.begin(), file.warnings.end());
   if (reads) load_references(input, folder, options.bad_reference);
   return input;
+}
+
+void add_filters(Session& session, std::vector<FilteredVolume> volumes) {
+  for (FilteredVolume& one : volumes) session.add_volume(std::move(one));
+  session.set_volume_filter([](const Volume& volume, const FilterStep& step) { return filter_volume(volume, step); });
 }
 
 LoadedInput load_input(const fs::path& path, int volume, const std::string& series) {
@@ -131,7 +189,14 @@ LoadedInput load_input(const fs::path& path, int volume, const std::string& seri
   input.scene.volume_series = series;
   input.scene.simulation = default_simulation_parameters();
   input.volume_path = path;
-  load_voxels(input);
+  const UptakeScale uptake = load_voxels(input);
+  if (uptake.factor > 0) {
+    input.scene.volume_preprocessing.filters = {{FilterKind::Uptake, {uptake.factor}}};
+    filter_loaded_volume(input);
+    input.scene.volume_preprocessing.checksum = checksum_of(input.volume);
+  } else if (std::string why = uptake_warning(path, uptake); !why.empty()) {
+    input.warnings.push_back(std::move(why));
+  }
   return input;
 }
 

@@ -10,6 +10,7 @@
 #include "io/scene/layer_images.h"
 #include "io/scene/references.h"
 #include "io/scene/scene_io.h"
+#include "session/filtered_volumes.h"
 #include "session/scene.h"
 #include "session/undo_history.h"
 
@@ -18,10 +19,12 @@ namespace simplexseg {
 /// Scene with its volume and the reference segmentations of its meshes.
 struct LoadedInput {
   Scene scene;
-  Volume volume;                      ///< empty if the scene has none
+  Volume volume;  ///< after the filters of the scene; empty if the scene has none
+  /// For Session::add_volume(): the volume without filters and other results; empty without filters.
+  std::vector<FilteredVolume> volumes;
   std::filesystem::path volume_path;  ///< file of the volume; empty if the scene has none
   std::string patient, series;        ///< DICOM patient name, else patient ID; series description; empty if missing
-  std::string intensity_unit;         ///< unit of the voxels, "HU" for CT in DICOM; empty if unknown
+  std::string intensity_unit;         ///< unit of the voxels without filters, "HU" for CT in DICOM; empty if unknown
   References references;
   LayerImages layers;                 ///< empty unless LoadOptions::layers is Read
   UndoHistory history;                ///< empty unless LoadOptions::history is Read
@@ -43,7 +46,8 @@ struct LoadOptions {
   BadReference bad_reference = BadReference::Throw;
   /// Read: restores the undo history; a history that cannot be read adds a warning.
   History history = History::Skip;
-  /// Read: loads the files of layers, also of those in the undo history; a file that cannot be read adds a warning.
+  /// Read: loads the files of layers, also of those in the undo history, and applies the filters of the volume in that
+  /// history; one that cannot be read or applied adds a warning.
   Layers layers = Layers::Skip;
   /// Called with the scene and its settings before the volume is read; may throw. Empty: not called.
   std::function<void(const SceneFile&)> check{};
@@ -56,10 +60,15 @@ LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& opt
 /// Ignores LoadOptions::history.
 LoadedInput load_scene(SceneFile file, const std::filesystem::path& folder, const LoadOptions& options = {});
 
+class Session;
+/// Gives an open session the filters, and LoadedInput::volumes.
+void add_filters(Session& session, std::vector<FilteredVolume> volumes);
+
 /// Reads the file that a user opens: a scene (.json) with its undo history, or a volume or DICOM folder, which becomes
-/// a scene without meshes. `volume`: number of the volume in a 4D file, from 1; `series`: UID of the series in a DICOM
-/// folder, empty for the largest series; both are ignored for a scene. Throws the errors of the readers; a reference or
-/// history that cannot be read adds a warning.
+/// a scene without meshes; PET in DICOM is filtered to uptake values (FilterKind::Uptake) or adds a warning. `volume`:
+/// number of the volume in a 4D file, from 1; `series`: UID of the series in a DICOM folder, empty for the largest
+/// series; both are ignored for a scene. Throws the errors of the readers; a reference or history that cannot be read
+/// adds a warning.
 LoadedInput load_input(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 }  // namespace simplexseg

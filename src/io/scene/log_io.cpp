@@ -367,6 +367,7 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "add_layer",
                                          "edit_layer",
                                          "remove_layer",
+                                         "filter_volume",
                                          "set_images"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},

@@ -99,6 +99,7 @@ json binary_json(const MeshField& painted) {
   if (field.intensity_range.is_limited()) saved["intensity_range"] = range_json<json>(field.intensity_range);
   if (!field.model.empty()) saved["model"] = field.model;
   if (field.images != 0) saved["images"] = field.images;
+  if (!field.filters.empty()) saved["filters"] = field.filters;
   if (field.range_effect != RangeEffect::Limits) saved["range_effect"] = name_of(field.range_effect);
   if (field.cell != kVoxelCells) saved["cell"] = field.cell;
   if (!field.problem.empty()) saved["problem"] = field.problem;
@@ -124,6 +125,7 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
   if (saved.contains("others")) field->others = marks_of(saved.at("others"));
   field->model = saved.value("model", "");
   field->images = saved.value("images", std::uint64_t{0});
+  field->filters = saved.value("filters", "");
   if (saved.contains("intensity_range")) {
     const json& range = saved.at("intensity_range");
     field->intensity_range.low = range.value("low", field->intensity_range.low);

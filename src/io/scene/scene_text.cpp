@@ -226,13 +226,14 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
   if (!input.has("simplexseg_scene"))
     input.fail("it is not a scene: the key 'simplexseg_scene' is missing", "choose a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
-  input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "simulation", "forces",
-                     "meshes", "points", "measurements", "layers", "steps", "view", "labels"});
+  input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "preprocessing",
+                     "simulation", "forces", "meshes", "points", "measurements", "layers", "steps", "view", "labels"});
   Scene scene;
   scene.simulation = default_simulation_parameters();
   if (input.has("volume")) scene.volume_path = absolute_if_found(input["volume"].text(), folder);
   if (input.has("volume_number")) scene.volume_number = input["volume_number"].integer_between(1, kMaxVolumes);
   if (input.has("volume_checksum")) scene.volume_checksum = input["volume_checksum"].text();
+  if (input.has("preprocessing")) scene.volume_preprocessing = preprocessing_from_json(input["preprocessing"]);
   if (input.has("view")) scene.view = read_view(input["view"]);
   if (input.has("series")) scene.volume_series = input["series"].text();
   if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
@@ -294,6 +295,8 @@ std::string scene_text(const fs::path& path, const Scene& scene, const std::vect
   if (scene.volume_number != 1) json["volume_number"] = scene.volume_number;
   if (!scene.volume_series.empty()) json["series"] = scene.volume_series;
   if (!scene.volume_checksum.empty()) json["volume_checksum"] = scene.volume_checksum;
+  if (!scene.volume_preprocessing.filters.empty())
+    json["preprocessing"] = preprocessing_json<Json>(scene.volume_preprocessing);
   json["simulation"] = simulation_json<Json>(scene.simulation);
   json["forces"] = forces_json<Json>(scene.forces, nullptr);
   json["meshes"] = Json::array();

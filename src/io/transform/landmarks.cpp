@@ -40,4 +40,11 @@ Landmarks read_landmarks(const std::filesystem::path& path) {
   return landmarks;
 }
 
+std::vector<double> residuals_mm(const Transform& transform, const Landmarks& landmarks) {
+  std::vector<double> residuals;
+  for (std::size_t n = 0; n < landmarks.fixed.size(); ++n)
+    residuals.push_back((transform(landmarks.fixed[n]) - landmarks.moving[n]).norm());
+  return residuals;
+}
+
 }  // namespace simplexseg

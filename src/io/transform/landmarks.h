@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "image/transform.h"
+
 namespace simplexseg {
 
 /// Corresponding points of two images, mm in LPS.
@@ -15,5 +17,8 @@ struct Landmarks {
 /// by commas, semicolons or white space. A first row with names and empty rows are skipped. Throws Error for a row
 /// without six finite numbers, no row, or more than 100000 rows.
 Landmarks read_landmarks(const std::filesystem::path& path);
+
+/// Distances of the mapped landmarks from their counterparts, mm.
+std::vector<double> residuals_mm(const Transform& transform, const Landmarks& landmarks);
 
 }  // namespace simplexseg
