@@ -204,6 +204,7 @@ class CarryOver {
     to.seed = {ball.centre_mm, std::max(kSeedShare * ball.radius_mm, std::min(ball.radius_mm, voxel / 2))};
     carry_range(item, *surface, to);
     if (item.model) drop(item, "model", "the carried surface replaces it");
+    if (!item.images.is_default()) drop(item, "images", "the layers of the earlier study are not in the next one");
     to.start = MeshStart{"",
                          std::nullopt,
                          0,
