@@ -108,6 +108,13 @@ struct SetModel {
   ItemId mesh;
   std::shared_ptr<const MeshModel> model;  ///< null: none
 };
+/// Starts a mesh from the shape of its model at its seed, deformed by the first modes (MeshItem::start_modes), or from
+/// the sphere of its seed again for no modes.
+struct SetStartModes {
+  ItemId mesh;
+  std::vector<float> modes;  ///< deviations, of at most kMostModeDeviations
+  bool continues = false;    ///< whether it belongs to the slider movement of the previous command: undone together
+};
 struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
@@ -227,7 +234,7 @@ using Command =
                  StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
                  RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
                  ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso,
-                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer>;
+                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, SetStartModes>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

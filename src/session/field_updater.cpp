@@ -74,6 +74,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
     }
     solved->leaks = field.report().leaks;
     solved->expected_dice = static_cast<float>(field.report().expected_dice);
+    solved->model_trust = static_cast<float>(field.report().shape_prior_share);
     take_values(*solved);
     solved->range_effect = effect_of(range, volume, field.cell(), marks.front(), settings.image_smoothing, run);
     report(1);
@@ -91,7 +92,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
 std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const Mark> marks) {
   std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
   if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range ||
-      base->model != item.model_checksum())
+      base->model != item.model_identity())
     return nullptr;
   const std::size_t count = base->marks.size();
   const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
@@ -172,7 +173,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   solving_mesh_ = item.id;
   solving_marks_ = marks;
   solving_range_ = item.intensity_range;
-  solving_model_ = item.model_checksum();
+  solving_model_ = item.model_identity();
   cancelled_ = false;
   progress_ = 0;
   running_ = true;
@@ -207,8 +208,8 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     return;
   }
   Field& field_of_mesh = fields_[item.id];
-  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_checksum())
-    field_of_mesh = {item.intensity_range, item.model_checksum(), nullptr};
+  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_identity())
+    field_of_mesh = {item.intensity_range, item.model_identity(), nullptr};
   std::shared_ptr<const MeshField> base = base_of(item, marks);
   start_in_background([this, one = &field_of_mesh.field, range = item.intensity_range, model = item.model,
                        base = std::move(base), marks = std::move(marks), others = std::move(others), run,
@@ -229,7 +230,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
       }
       // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(
-          **one, first, settings, model ? model->checksum : "", marks, others, *volume_, run,
+          **one, first, settings, model ? model->identity() : "", marks, others, *volume_, run,
           [this, stop_if_cancelled, from = progress_.load()](float fraction) {
             stop_if_cancelled();
             progress_ = from + (1 - from) * fraction;

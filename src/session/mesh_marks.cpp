@@ -70,7 +70,7 @@ bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& vol
   if (!uses_field(item, volume)) return false;
   if (!item.field) return true;
   if (!item.start &&
-      (item.intensity_range != item.field->intensity_range || item.model_checksum() != item.field->model))
+      (item.intensity_range != item.field->intensity_range || item.model_identity() != item.field->model))
     return true;
   const std::vector<Mark> others = within_reach(marks_of_others(scene, item, volume), *item.field, volume.geometry());
   return marks_of(scene, item, volume) != item.field->marks || others != item.field->others;

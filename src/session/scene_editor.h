@@ -49,6 +49,7 @@ class SceneEditor {
   SceneChange execute(const AddLasso& command);
   SceneChange execute(const SetIntensityRange& command);
   SceneChange execute(const SetModel& command);
+  SceneChange execute(const SetStartModes& command);
   SceneChange execute(const ChooseLabelPreset& command);
   SceneChange execute(const AddMeasurement& command);
   SceneChange execute(const MoveMeasurement& command);

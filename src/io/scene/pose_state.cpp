@@ -97,7 +97,7 @@ json binary_json(const MeshField& painted) {
                 {"leaks", field.leaks},
                 {"calibrated_dice", field.expected_dice}};
   if (field.intensity_range.is_limited()) saved["intensity_range"] = range_json<json>(field.intensity_range);
-  if (!field.model.empty()) saved["model"] = field.model;
+  if (!field.model.empty()) saved["model"] = field.model, saved["model_trust"] = field.model_trust;
   if (field.range_effect != RangeEffect::Limits) saved["range_effect"] = name_of(field.range_effect);
   if (field.cell != kVoxelCells) saved["cell"] = field.cell;
   if (!field.problem.empty()) saved["problem"] = field.problem;
@@ -122,6 +122,8 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
   field->marks = marks_of(saved.at("marks"));
   if (saved.contains("others")) field->others = marks_of(saved.at("others"));
   field->model = saved.value("model", "");
+  field->model_trust = saved.value("model_trust", 0.0f);
+  expect(field->model_trust >= 0 && field->model_trust <= 1, "the trust in the model is out of range");
   if (saved.contains("intensity_range")) {
     const json& range = saved.at("intensity_range");
     field->intensity_range.low = range.value("low", field->intensity_range.low);
