@@ -107,7 +107,7 @@ void describe_engine(RunReport& report, const Engine& engine, int threads) {
 MeshReport report_of(const MeshItem& item, const Scene& scene, const VolumeGeometry& geometry,
                      const std::optional<Mask>& reference, const MeshTrace* trace) {
   MeshReport report{item.name,  item.mesh.vertex_count(), measure(item.mesh), object_axes(item.mesh, geometry), {},
-                    item.field, item.model_checksum()};
+                    item.field, item.model_identity()};
   if (reference)
     report.agreement = compare_masks(*reference, object_mask(item.mesh, paint_of(scene, item.id), reference->geometry));
   if (trace) report.trace = trace->samples;

@@ -31,12 +31,21 @@ struct TrainOptions {
   bool json = false;
 };
 
-void print_json(const TrainedTable& trained, std::ostream& out) {
-  const OrganModel& organ = trained.file.organs[0];
+/// Reports of the cases of an organ, in the order of its last cases.
+std::vector<CaseReport> cases_of(const TrainedTable& trained, std::size_t organ) {
+  std::vector<CaseReport> cases;
+  for (const CaseReport& one : trained.cases)
+    if (one.organ == static_cast<int>(organ)) cases.push_back(one);
+  return cases;
+}
+
+Json organ_json(const TrainedTable& trained, std::size_t number) {
+  const OrganModel& organ = trained.file.organs[number];
+  const std::vector<CaseReport> reports = cases_of(trained, number);
   Json cases = Json::array();
-  for (std::size_t c = 0; c < trained.cases.size(); ++c) {
-    const CaseReport& one = trained.cases[c];
-    const TrainedCase& data = organ.cases[organ.cases.size() - trained.cases.size() + c];
+  for (std::size_t c = 0; c < reports.size(); ++c) {
+    const CaseReport& one = reports[c];
+    const TrainedCase& data = organ.cases[organ.cases.size() - reports.size() + c];
     Json& row = cases.emplace_back(Json{{"name", one.name},
                                         {"image", one.source.image},
                                         {"labels", one.source.labels},
@@ -46,24 +55,41 @@ void print_json(const TrainedTable& trained, std::ostream& out) {
                                         {"error_cases", data.error_cases}});
     if (data.error_cases > 0) row["error_mm"] = data.error_mm;
   }
-  out << Json{{"checksum", trained.file.checksum},      {"cases", organ.cases.size()},
-              {"vertices", organ.shape.vertex_count()}, {"modes", organ.shape.mode_count()},
-              {"error_mm", organ.surface_error_mm},     {"trained", cases}}
-             .dump(1)
-      << "\n";
+  return {{"cases", organ.cases.size()},
+          {"vertices", organ.shape.vertex_count()},
+          {"modes", organ.shape.mode_count()},
+          {"error_mm", organ.surface_error_mm},
+          {"trained", cases}};
+}
+
+void print_json(const TrainedTable& trained, std::ostream& out) {
+  Json json{{"checksum", trained.file.checksum}};
+  if (trained.file.organs.size() == 1) {
+    json.update(organ_json(trained, 0));
+  } else {
+    json["organs"] = Json::array();
+    for (std::size_t k = 0; k < trained.file.organs.size(); ++k) {
+      Json& organ = json["organs"].emplace_back(Json{{"name", trained.file.organs[k].name}});
+      organ.update(organ_json(trained, k));
+    }
+  }
+  out << json.dump(1) << "\n";
 }
 
 void print_text(const TrainedTable& trained, double seconds, std::ostream& out) {
-  std::vector<std::vector<std::string>> table{{"case", "distance mm", "folded vertices"}};
-  for (const CaseReport& one : trained.cases)
-    table.push_back({one.name, fixed_or_dash(one.distance_mm, 3), std::to_string(one.folded)});
-  print_table(out, table, 1);
-  const OrganModel& organ = trained.file.organs[0];
-  out << "cases      " << organ.cases.size() << "\nvertices   " << organ.shape.vertex_count() << "\nmodes      "
-      << organ.shape.mode_count() << "\nintensity  "
-      << (organ.profiles.scale == IntensityScale::Hounsfield ? "Hounsfield units" : "percentiles") << "\nerror      "
-      << length_text(organ.surface_error_mm) << " (root mean square, cases left out)"
-      << "\nchecksum   " << trained.file.checksum << "\ntime       " << fixed_or_dash(seconds, 1) << " s\n";
+  for (std::size_t k = 0; k < trained.file.organs.size(); ++k) {
+    const OrganModel& organ = trained.file.organs[k];
+    if (trained.file.organs.size() > 1) out << "organ      " << organ.name << "\n";
+    std::vector<std::vector<std::string>> table{{"case", "distance mm", "folded vertices"}};
+    for (const CaseReport& one : cases_of(trained, k))
+      table.push_back({one.name, fixed_or_dash(one.distance_mm, 3), std::to_string(one.folded)});
+    print_table(out, table, 1);
+    out << "cases      " << organ.cases.size() << "\nvertices   " << organ.shape.vertex_count() << "\nmodes      "
+        << organ.shape.mode_count() << "\nintensity  "
+        << (organ.profiles.scale == IntensityScale::Hounsfield ? "Hounsfield units" : "percentiles") << "\nerror      "
+        << length_text(organ.surface_error_mm) << " (root mean square, cases left out)\n";
+  }
+  out << "checksum   " << trained.file.checksum << "\ntime       " << fixed_or_dash(seconds, 1) << " s\n";
 }
 
 void train(const TrainOptions& options, const Console& console) {
@@ -103,7 +129,12 @@ void show(const std::string& path, const std::string& pictures, const Console& c
   const ModelFile file = read_model(path);
   if (!pictures.empty()) {
     make_folder(pictures);
-    write_model_pictures(file.organs[0], pictures);
+    if (file.organs.size() == 1) write_model_pictures(file.organs[0], pictures);
+    for (std::size_t k = 0; file.organs.size() > 1 && k < file.organs.size(); ++k) {
+      const std::string folder = (std::filesystem::path(pictures) / ("organ_" + std::to_string(k + 1))).string();
+      make_folder(folder);
+      write_model_pictures(file.organs[k], folder);
+    }
   }
   for (const OrganModel& organ : file.organs) {
     const Eigen::VectorXd variances = mode_variances(organ.shape);
@@ -146,13 +177,15 @@ void add_model(const Subcommand& app, Action& action) {
   const Subcommand sub =
       model.add_subcommand("train", "Trains a model of shape and intensity profiles from labelled cases");
   const auto options = std::make_shared<TrainOptions>();
-  sub.add_option("TABLE", options->table, "CSV table with the columns image, labels, label, mirror (docs/models.md)")
+  sub.add_option("TABLE", options->table,
+                 "CSV table with the columns image, labels, label, mirror; several organs: lists separated by ';' "
+                 "(docs/models.md)")
       .required();
   sub.add_option("OUT", options->out, "Model file").required().not_empty();
   const Option add =
       sub.add_option("--add", options->add, "Model to which the cases are added, without training on its cases again")
           .not_empty();
-  sub.add_option("--name", options->training.name, "Name of the organ");
+  sub.add_option("--name", options->training.name, "Name of the organ; of several: names separated by ';'");
   sub.add_option("--modality", options->training.modality, "Modality of the images, for example CT");
   sub.add_option("--vertices", options->training.settings.vertices,
                  "Approximate number of vertices of the template; 0: 1000, or more for a thin object")

@@ -47,8 +47,10 @@ void segment(const SegmentOptions& options, const Console& console) {
       if (starts_from_models(request)) {
         const int threads = options.run.threads > 0 ? options.run.threads : options.run.max_threads;
         ThreadPool pool(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
-        place_seeds_by_models(input.loaded.scene, input.loaded.volume,
-                              [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); });
+        const std::vector<std::string> warnings =
+            place_seeds_by_models(request, input.loaded.scene, input.loaded.volume,
+                                  [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); });
+        input.loaded.warnings.insert(input.loaded.warnings.end(), warnings.begin(), warnings.end());
       }
     }
   }
@@ -92,6 +94,16 @@ void add_segment(const Subcommand& app, Action& action) {
   sub.add_option("--model", request.models,
                  "Model of the organ (simplexseg-cli model train): one for all meshes or one per mesh, in their order. "
                  "Without seeds, labels and scene: one mesh per model, where it finds its organ")
+      .one_value_each()
+      .not_empty();
+  sub.add_option("--organ", request.organs,
+                 "Organ to segment of a model of several, by its name; default: all that are found")
+      .one_value_each()
+      .not_empty();
+  sub.add_option(
+         "--seed-organ", request.seed_organs,
+         "Organ of a model of several in which a --seed lies: one per seed, in their order. The model finds the "
+         "other organs from these")
       .one_value_each()
       .not_empty();
   for (const auto& [name, points, doc] :

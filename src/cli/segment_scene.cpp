@@ -13,6 +13,7 @@
 #include "io/scene/label_preset.h"
 #include "io/scene/mesh_model.h"
 #include "io/scene/mesh_start.h"
+#include "model/model_prior.h"
 #include "model/model_start.h"
 #include "session/free_attributes.h"
 #include "session/scene_checks.h"
@@ -151,6 +152,47 @@ void set_models(const std::vector<std::string>& paths, Scene& scene) {
   }
 }
 
+/// Meshes of the organs of a model of several: those that are wanted, and those of the seeds.
+void add_organs(const SegmentRequest& request, const ModelFile& model, const std::string& path, Scene& scene) {
+  const std::string file = quoted(fs::path(path));
+  if (!request.scene.empty() || !request.start_labels.empty())
+    throw Error("model " + file, "it has several organs, but the meshes start from a scene or labels",
+                "leave them out, or use a model of one organ for each mesh");
+  const std::size_t seeds = request.seeds.size(), radii = request.radii.size();
+  if (request.seed_organs.size() != seeds)
+    throw Error("--seed-organ",
+                counted(request.seed_organs.size(), "organ", "organs") + " for " + counted(seeds, "seed", "seeds"),
+                "name the organ of each seed, for example '" + model.organs.front().name + "'");
+  if (radii > 1 && radii != seeds)
+    throw Error("--radius", counted(radii, "radius", "radii") + " for " + counted(seeds, "seed", "seeds"),
+                "use one for all seeds, or one per seed");
+  std::vector<bool> wanted(model.organs.size(), request.organs.empty());
+  for (const std::string& name : request.organs) wanted[organ_of_name(model, name, file)] = true;
+  std::vector<std::optional<Seed>> placed(model.organs.size());
+  for (std::size_t s = 0; s < seeds; ++s) {
+    std::optional<Seed>& seed = placed[organ_of_name(model, request.seed_organs[s], file)];
+    if (seed)
+      throw Error("--seed-organ '" + one_line(request.seed_organs[s], 100) + "'", "it has two seeds", "use one");
+    seed = Seed{position_of("--seed", request.seeds[s]),
+                radii == 0 ? Seed().radius_mm : request.radii[radii == 1 ? 0 : s]};
+  }
+  for (std::size_t k = 0; k < model.organs.size(); ++k) {
+    if (!wanted[k] && !placed[k]) continue;
+    MeshItem& item = add_mesh_item(scene);
+    item.name = model.organs[k].name;
+    item.model = mesh_model_of(model, path, static_cast<int>(k));
+    if (placed[k]) item.seed = *placed[k];
+  }
+}
+
+/// Model of several organs of the options; nothing for other models.
+std::optional<ModelFile> model_of_several(const SegmentRequest& request) {
+  if (request.models.size() != 1) return std::nullopt;
+  ModelFile model = read_model(request.models.front());
+  if (model.organs.size() < 2) return std::nullopt;
+  return model;
+}
+
 /// Sets the preset of the scene. Meshes whose name has the words of a structure get its label, colour and codes.
 void set_label_preset(const std::string& name_or_path, Scene& scene) {
   if (name_or_path.empty()) return;
@@ -214,7 +256,13 @@ SceneFile segment_scene(const SegmentRequest& request) {
     scene.simulation = default_simulation_parameters();
   else
     scene = template_scene(request.scene);
-  if (!request.seeds.empty())
+  const std::optional<ModelFile> several = model_of_several(request);
+  if (!several && !(request.organs.empty() && request.seed_organs.empty()))
+    throw Error(request.organs.empty() ? "--seed-organ" : "--organ", "there is no model of several organs",
+                "add one with --model, or leave the option out");
+  if (several)
+    add_organs(request, *several, fs::absolute(request.models.front()).lexically_normal().string(), scene);
+  else if (!request.seeds.empty())
     place_seeds(request, scene);
   else if (!request.radii.empty() && request.start_labels.empty() && scene.meshes.empty())
     throw Error("segment", "there is a radius, but no seed", "add --seed X,Y,Z in mm (LPS)");
@@ -228,7 +276,7 @@ SceneFile segment_scene(const SegmentRequest& request) {
   ItemId id = 0;
   for (MeshItem& item : scene.meshes) item.id = ++id;  // does not change a template, whose ids are 1, 2, ... already
   rename_meshes(request.names, scene);
-  set_models(request.models, scene);
+  if (!several) set_models(request.models, scene);
   set_label_preset(request.label_preset, scene);
   add_points("--inside", request.inside, MarkKind::Inside, scene);
   add_points("--outside", request.outside, MarkKind::Outside, scene);
@@ -243,11 +291,64 @@ SceneFile segment_scene(const SegmentRequest& request) {
 }
 
 bool starts_from_models(const SegmentRequest& request) {
+  if (!request.seed_organs.empty()) return true;
   return !request.models.empty() && request.seeds.empty() && request.radii.empty() && request.start_labels.empty() &&
          request.scene.empty();
 }
 
-void place_seeds_by_models(Scene& scene, const Volume& volume, const RunJobs& run) {
+namespace {
+
+std::vector<std::string> place_organs(const SegmentRequest& request, const ModelFile& model, Scene& scene,
+                                      const Volume& volume, const RunJobs& run) {
+  const std::string file = "model " + quoted(fs::path(request.models.front()));
+  const auto is_seeded = [&](const MeshItem& item) {
+    return std::ranges::any_of(request.seed_organs, [&](const std::string& name) {
+      return organ_of_name(model, name, file) == item.model->number;
+    });
+  };
+  std::vector<FoundOrgan> found;
+  std::vector<int> wanted;
+  for (const MeshItem& item : scene.meshes) {
+    if (!is_seeded(item)) {
+      wanted.push_back(item.model->number);
+      continue;
+    }
+    check_seed(item.seed, item.name, volume);
+    const Mark seed{MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm};
+    const ModelFit fit = ModelFitter(*item.model->organ, volume, run).fit({&seed, 1});
+    if (trust_in(*item.model->organ, fit) == 0 && !std::ranges::all_of(scene.meshes, is_seeded))
+      throw Error(file, "it does not recognise '" + item.model->organ->name + "' at its seed",
+                  "correct centre and radius of the seed, or place a seed in each organ");
+    found.push_back({item.model->number, fit.points});
+  }
+  const std::vector<FoundSeed> seeds = find_organs(model.organs, model.relations, volume, found, wanted, run);
+  std::vector<std::string> warnings;
+  std::erase_if(scene.meshes, [&](MeshItem& item) {
+    if (is_seeded(item)) return false;
+    const auto one = std::ranges::find(seeds, item.model->number, &FoundSeed::organ);
+    if (one != seeds.end()) {
+      item.seed = {one->seed.position_mm, one->seed.radius_mm};
+      return false;
+    }
+    const std::string& name = item.model->organ->name;
+    if (!request.organs.empty())
+      throw Error(file, "it does not recognise '" + name + "' in this image",
+                  "place a seed in the organ with --seed X,Y,Z, --radius and --seed-organ");
+    warnings.push_back(file + ": it does not recognise '" + name + "' in this image");
+    return true;
+  });
+  if (scene.meshes.empty())
+    throw Error(file, "it does not recognise its organs in this image",
+                "place a seed in one of them with --seed X,Y,Z, --radius and --seed-organ");
+  return warnings;
+}
+
+}  // namespace
+
+std::vector<std::string> place_seeds_by_models(const SegmentRequest& request, Scene& scene, const Volume& volume,
+                                               const RunJobs& run) {
+  if (const std::optional<ModelFile> several = model_of_several(request))
+    return place_organs(request, *several, scene, volume, run);
   for (MeshItem& item : scene.meshes) {
     const std::optional<Mark> seed = find_organ(*item.model->organ, volume, run);
     if (!seed)
@@ -255,6 +356,7 @@ void place_seeds_by_models(Scene& scene, const Volume& volume, const RunJobs& ru
                   "place a seed in the organ with --seed X,Y,Z and --radius");
     item.seed = {seed->position_mm, seed->radius_mm};
   }
+  return {};
 }
 
 }  // namespace simplexseg

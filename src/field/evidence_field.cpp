@@ -289,12 +289,15 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
   const VolumeGeometry& volume = volume_->geometry();
   measure_scale(marks);
   set_region(box_around(region_, box_around_marks(marks, volume, settings_.margin_share, settings_.least_margin)));
+  double share = 0;
   if (make_shape_prior_) {
     std::shared_ptr<const ShapePrior> prior = make_shape_prior_(marks);
+    if (prior) share = prior->share;
     if (prior) set_region(box_around(region_, box_around_bounds(prior->bounds_mm, volume, settings_.least_margin)));
     solver_->set_shape_prior(std::move(prior));
   }
   report_ = {};
+  report_.shape_prior_share = share;
   set_marks(marks);
   // The box grows by solutions of a larger tolerance; the final solution may require further growth. The box of the
   // last update is usually large enough.

@@ -54,10 +54,11 @@ class EvidenceField {
   std::span<const Mark> marks() const { return marks_; }
 
   struct Report {
-    int iterations = 0;  ///< of the last call of the solver
-    int growths = 0;     ///< growth steps of the box in this update
-    double error = 0;    ///< largest correction at which the solver stopped; errors are a few times that
-    double beta = 0;     ///< sharpness of the conductances
+    int iterations = 0;            ///< of the last call of the solver
+    int growths = 0;               ///< growth steps of the box in this update
+    double error = 0;              ///< largest correction at which the solver stopped; errors are a few times that
+    double shape_prior_share = 0;  ///< ShapePrior::share; 0: there is no shape prior
+    double beta = 0;               ///< sharpness of the conductances
     /// Whether growth stopped because the object spread, which thin objects (is_thin()) never do. Either its volume was
     /// constant in an earlier box (VolumeInBoxes), or it exceeded EvidenceSettings::max_volume balls of its scale and
     /// filled 5% of the cells near the sides of the box or was near four sides, or it exceeded three times that. A seed

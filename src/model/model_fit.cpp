@@ -2,6 +2,8 @@
 #include "model/model_fit.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,6 +32,8 @@ constexpr std::array kTurns{1.7, 3.0};  ///< rotations of the starts, deviations
 /// of its radius; shifts of the starts, deviations.
 constexpr double kAnywhereShift = 0.6, kAnywhereRadius = 0.4;
 constexpr std::array kAnywhereShifts{-1.4, -0.7, 0.7, 1.4};
+/// Largest distance of an instance from its expected place, deviations: 99.9% of a normal distribution of places.
+constexpr double kExpectedDeviations = 4.03;
 
 /// Squared Mahalanobis distances of the kCount profiles that begin at successive samples of a line. `mean`,
 /// `whitening`: of the vertex.
@@ -51,6 +55,11 @@ std::array<float, kCount> profile_costs(const std::array<float, kSamples + kCoun
   return costs;
 }
 
+/// Width of a search in an iteration that completes an instance, kShiftDeviation.
+double width_of(int iteration) {
+  return iteration < kIterations / 3 ? 1.25 : iteration < 2 * kIterations / 3 ? 1.0 : 0.75;
+}
+
 int nearest_vertex(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& place) {
   Eigen::Index nearest = 0;
   (points.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
@@ -61,8 +70,9 @@ int nearest_vertex(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& place)
 
 /// Distribution of the pose for a seed.
 struct ModelFitter::Prior {
-  Eigen::Matrix<double, 7, 1> mean, precision;  ///< of log scale, rotation vector, shift
-  double energy = 0;                            ///< negative logarithm of its density at the mean, up to a constant
+  PoseVector mean;
+  Eigen::Matrix<double, 7, 7> precision = Eigen::Matrix<double, 7, 7>::Zero();
+  double energy = 0;  ///< negative logarithm of its density at the mean, up to a constant
 };
 
 struct ModelFitter::State {
@@ -70,8 +80,8 @@ struct ModelFitter::State {
   Eigen::Vector3d rotation{0, 0, 0}, shift{0, 0, 0};
   Eigen::VectorXd coefficients;
 
-  Eigen::Matrix<double, 7, 1> pose() const {
-    Eigen::Matrix<double, 7, 1> all;
+  PoseVector pose() const {
+    PoseVector all;
     all << log_scale, rotation, shift;
     return all;
   }
@@ -84,12 +94,13 @@ ModelFitter::Prior ModelFitter::prior_of(const Mark* seed, bool anywhere) const 
   const PosePrior& pose = model_.shape.pose;
   Prior prior;
   prior.mean << pose.log_scale.mean, pose.rotation.mean, Eigen::Vector3d::Zero();
-  prior.precision << 1 / std::pow(pose.log_scale.deviation, 2),
+  prior.precision.diagonal() << 1 / std::pow(pose.log_scale.deviation, 2),
       pose.rotation.deviation.array().square().inverse().matrix(), Eigen::Vector3d::Zero();
   const auto observe = [&](int k, double value, double deviation) {
     const double precision = 1 / (deviation * deviation);
-    prior.mean[k] = (prior.mean[k] * prior.precision[k] + value * precision) / (prior.precision[k] + precision);
-    prior.precision[k] += precision;
+    double& present = prior.precision(k, k);
+    prior.mean[k] = (prior.mean[k] * present + value * precision) / (present + precision);
+    present += precision;
   };
   const VolumeGeometry& geometry = volume_.geometry();
   if (seed) {
@@ -138,7 +149,7 @@ void ModelFitter::prepare(const Mark* seed) {
             none);
   for (int a = 0; seed && a < 3; ++a)
     for (const double shift : kAnywhereShifts)
-      add(true, none, shift / std::sqrt(priors[1].precision[4 + a]) * Eigen::Vector3d::Unit(a));
+      add(true, none, shift / std::sqrt(priors[1].precision(4 + a, 4 + a)) * Eigen::Vector3d::Unit(a));
   std::ranges::stable_sort(starts, {}, &Start::energy);
   // The best start for a seed in the deepest place is always completed: the others may lose the seed.
   const auto deepest = std::ranges::find(starts, false, &Start::anywhere);
@@ -146,8 +157,7 @@ void ModelFitter::prepare(const Mark* seed) {
   starts.resize(kBestStarts);
   for (Start& start : starts) {
     const Prior& prior = priors[start.anywhere];
-    for (int k = 0; k < kIterations; ++k)
-      iterate(start.state, prior, {}, 1, k < kIterations / 3 ? 1.25 : k < 2 * kIterations / 3 ? 1.0 : 0.75);
+    for (int k = 0; k < kIterations; ++k) iterate(start.state, prior, {}, 1, width_of(k));
     start.energy = energy_of(start.state, prior, 1, nullptr);
     if (start.anywhere && !is_inside(start.state, seed->position_mm))
       start.energy = std::numeric_limits<double>::infinity();
@@ -254,14 +264,13 @@ void ModelFitter::iterate(State& state, const Prior& prior, std::span<const Mark
     right[used] = root * shift[v];
     ++used;
   }
-  Eigen::VectorXd precision = Eigen::VectorXd::Ones(unknowns), present(unknowns);
-  precision.head<7>() = prior.precision;
-  present << state.pose() - prior.mean, state.coefficients;
+  Eigen::VectorXd present(unknowns);  // gradient of the prior
+  present << prior.precision * (state.pose() - prior.mean), state.coefficients;
   const auto j = rows.topRows(used);
   Eigen::MatrixXd matrix = j.transpose() * j;
-  matrix.diagonal() += precision;
-  const Eigen::VectorXd change =
-      matrix.ldlt().solve(j.transpose() * right.head(used) - precision.cwiseProduct(present));
+  matrix.topLeftCorner<7, 7>() += prior.precision;
+  matrix.diagonal().tail(modes).array() += 1;
+  const Eigen::VectorXd change = matrix.ldlt().solve(j.transpose() * right.head(used) - present);
   state.log_scale += change[0];
   state.rotation = rotation_vector(rotation_of(change.segment<3>(1)) * rotation_of(state.rotation));
   state.shift += change.segment<3>(4);
@@ -287,7 +296,8 @@ double ModelFitter::energy_of(const State& state, const Prior& prior, int stride
   }
   const double mean = visible > 0 ? sum / visible : kMostCost;
   if (mean_cost) *mean_cost = mean;
-  const double pose = (prior.precision.array() * (state.pose() - prior.mean).array().square()).sum();
+  const PoseVector difference = state.pose() - prior.mean;
+  const double pose = difference.dot(prior.precision * difference);
   return prior.energy +
          0.5 * (kIndependentVertices * kIndependentSamples * mean + 0.5 * pose + state.coefficients.squaredNorm());
 }
@@ -313,6 +323,54 @@ ModelFit ModelFitter::fit(std::span<const Mark> marks) {
   }
   energy_of(state, prior, 1, &result.cost);
   result.points = points_at(state);
+  return result;
+}
+
+std::optional<ModelFit> ModelFitter::fit_at(const PoseDistribution& expected) {
+  Prior prior;
+  prior.mean = expected.mean;
+  prior.precision = expected.covariance.inverse();
+  const Eigen::Matrix3d place = expected.covariance.bottomRightCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(place);
+  const double radius =
+      kProfileImageRadius * size_of(model_.shape) + kExpectedDeviations * std::sqrt(axes.eigenvalues()[2]);
+  image_.emplace(volume_, expected.mean.tail<3>(), radius, model_.profiles, run_);
+  seed_.reset(), of_seed_.reset();
+  const auto is_probable = [&](const State& state) {
+    const Eigen::Vector3d away = state.shift - expected.mean.tail<3>();
+    return away.dot(place.ldlt().solve(away)) < kExpectedDeviations * kExpectedDeviations;
+  };
+  std::vector<std::pair<double, State>> starts;
+  const auto add = [&](const Eigen::Vector3d& turn, const Eigen::Vector3d& shift) {
+    State state = start_of(prior, turn);
+    state.shift += shift;
+    for (int k = 0; k < kStartIterations; ++k) iterate(state, prior, {}, kStartStride, 1.5);
+    if (is_probable(state)) starts.emplace_back(energy_of(state, prior, kStartStride, nullptr), state);
+  };
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  add(none, none);
+  for (const double turns : kTurns)
+    for (int a = 0; a < 3; ++a)
+      for (const double sign : {-1.0, 1.0})
+        add(sign * turns * std::max(std::sqrt(expected.covariance(1 + a, 1 + a)), kLeastTurn) *
+                Eigen::Vector3d::Unit(a),
+            none);
+  for (int a = 0; a < 3; ++a)
+    for (const double shift : kAnywhereShifts)
+      add(none, shift * std::sqrt(axes.eigenvalues()[a]) * axes.eigenvectors().col(a));
+  std::ranges::stable_sort(starts, {}, [](const auto& start) { return start.first; });
+  if (starts.size() > kBestStarts) starts.resize(kBestStarts);
+  std::erase_if(starts, [&](auto& start) {
+    auto& [energy, state] = start;
+    for (int k = 0; k < kIterations; ++k) iterate(state, prior, {}, 1, width_of(k));
+    energy = energy_of(state, prior, 1, nullptr);
+    return !is_probable(state);
+  });
+  const auto best = std::ranges::min_element(starts, {}, [](const auto& start) { return start.first; });
+  if (best == starts.end()) return std::nullopt;
+  ModelFit result;
+  energy_of(best->second, prior, 1, &result.cost);
+  result.points = points_at(best->second);
   return result;
 }
 

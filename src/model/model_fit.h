@@ -10,6 +10,7 @@
 #include "field/run_jobs.h"
 #include "image/volume.h"
 #include "model/organ_model.h"
+#include "model/pose_relations.h"
 #include "model/profile_image.h"
 
 namespace simplexseg {
@@ -38,6 +39,10 @@ class ModelFitter {
 
   /// Instance for these marks. Without an inside mark, the start is at the mean place relative to the volume.
   ModelFit fit(std::span<const Mark> marks);
+
+  /// Instance whose pose has this distribution, for example because other organs are found. Nothing if the most
+  /// probable instance is at a place that is improbable under it.
+  std::optional<ModelFit> fit_at(const PoseDistribution& expected);
 
  private:
   struct Prior;

@@ -37,6 +37,7 @@ TrainedCase trained_case(const RegisteredCase& one) {
   const VolumeGeometry& grid = one.data->image.geometry();
   TrainedCase result;
   result.source = one.data->source;
+  result.image_number = one.data->image_number;
   result.points = one.points;
   result.seed_mm = one.seed_mm, result.radius_mm = one.radius_mm;
   result.centre_mm = grid.centre_mm(), result.extent_mm = extent_mm(grid);

@@ -15,6 +15,7 @@ struct ModelCase {
   Volume image;
   Mask object;  ///< on the grid of the image
   TrainedCase::Source source{};
+  int image_number = 0;  ///< TrainedCase::image_number
 };
 
 struct TrainingSettings {

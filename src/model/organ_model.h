@@ -74,6 +74,7 @@ struct TrainedCase {
     std::string image, labels;
   };
   Source source;
+  int image_number = 0;                ///< cases of several organs with equal numbers were in one image
   Eigen::Matrix3Xd points;             ///< vertices of the registered template, mm; empty: not stored
   std::vector<float> profiles;         ///< V x kStored, sampled as those of the model
   Eigen::Vector3d seed_mm{0, 0, 0};    ///< deepest place of the organ

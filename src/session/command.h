@@ -114,6 +114,13 @@ struct SetImages {
   ItemId mesh;
   MeshImages images;
 };
+/// Starts a mesh from the shape of its model at its seed, deformed by the first modes (MeshItem::start_modes), or from
+/// the sphere of its seed again for no modes.
+struct SetStartModes {
+  ItemId mesh;
+  std::vector<float> modes;  ///< deviations, of at most kMostModeDeviations
+  bool continues = false;    ///< whether it belongs to the slider movement of the previous command: undone together
+};
 struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
@@ -238,7 +245,7 @@ using Command =
                  StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
                  RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
                  ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso,
-                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, FilterVolume, SetImages>;
+                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, FilterVolume, SetImages, SetStartModes>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

@@ -71,6 +71,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, const E
     }
     solved->leaks = field.report().leaks;
     solved->expected_dice = static_cast<float>(field.report().expected_dice);
+    if (!inputs.model.empty()) solved->model_trust = static_cast<float>(field.report().shape_prior_share);
     take_values(*solved);
     solved->range_effect = effect_of(range, volume, field.cell(), marks.front(), settings.image_smoothing, run);
     report(1);
@@ -90,7 +91,7 @@ std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const M
                                          const std::string& filters) {
   std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
   if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range ||
-      base->model != item.model_checksum() || base->images != images || base->filters != filters)
+      base->model != item.model_identity() || base->images != images || base->filters != filters)
     return nullptr;
   const std::size_t count = base->marks.size();
   const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
@@ -174,7 +175,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   solving_mesh_ = item.id;
   solving_marks_ = marks;
   solving_range_ = item.intensity_range;
-  solving_model_ = item.model_checksum();
+  solving_model_ = item.model_identity();
   solving_images_ = images;
   cancelled_ = false;
   progress_ = 0;
@@ -210,11 +211,11 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     return;
   }
   Field& field_of_mesh = fields_[item.id];
-  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_checksum() ||
+  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_identity() ||
       field_of_mesh.images != images)
-    field_of_mesh = {item.intensity_range, item.model_checksum(), images};
+    field_of_mesh = {item.intensity_range, item.model_identity(), images};
   MeshField inputs;
-  inputs.intensity_range = item.intensity_range, inputs.model = item.model_checksum(), inputs.images = images;
+  inputs.intensity_range = item.intensity_range, inputs.model = item.model_identity(), inputs.images = images;
   inputs.filters = filters_;
   std::shared_ptr<const MeshField> base = base_of(item, marks, images, filters_);
   start_in_background([this, of_mesh = &field_of_mesh, inputs = std::move(inputs), model = item.model,

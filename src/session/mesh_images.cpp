@@ -7,7 +7,9 @@
 
 #include "core/digest.h"
 #include "core/error.h"
+#include "session/mesh_lifecycle.h"
 #include "session/scene.h"
+#include "session/scene_editor.h"
 
 namespace simplexseg {
 namespace {
@@ -71,6 +73,18 @@ std::uint64_t digest_of(const Scene& scene, const MeshImages& images) {
   digest.add(digest_of(layers.main));
   for (const std::optional<LayerItem>& layer : layers.further) digest.add(digest_of(layer));
   return digest.value();
+}
+
+SceneChange SceneEditor::execute(const SetImages& command) {
+  MeshItem& item = item_of(command.mesh);
+  refuse_locked(item);
+  check_images(scene_, command.images, item.name);
+  if (item.is_given() && !command.images.is_default())
+    throw Error("segmentation '" + item.name + "'", "it starts from labels or a mesh, so its field uses no image",
+                "start it from a seed to choose its images");
+  item.images = command.images;
+  item.cancelled = nullptr;
+  return {EngineUpdate::Nothing};
 }
 
 }  // namespace simplexseg

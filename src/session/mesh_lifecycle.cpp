@@ -8,6 +8,7 @@
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
 #include "mesh/shape_reference.h"
+#include "model/start_shape.h"
 
 namespace simplexseg {
 namespace {
@@ -38,13 +39,17 @@ void update_region(MeshItem& item, const Volume& volume) { item.region = region_
 double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
 
 void restart(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
-  item.mesh = item.start ? *item.start->mesh : sphere_of(item, simulation, volume);
+  const bool has_shape = item.model && !item.start_modes.empty();
+  item.mesh = item.start ? *item.start->mesh
+              : has_shape
+                  ? shape_at_seed(*item.model->organ, item.seed.centre_mm, item.seed.radius_mm, item.start_modes)
+                  : sphere_of(item, simulation, volume);
   item.previous = item.mesh.positions;
   item.edge_mm = edge_of(item.mesh);
   item.shape = shape_reference_of(item.mesh);
   item.profiles.clear();
   item.steps_at_level = 0;
-  item.rebuilt = item.start.has_value(), item.fit = {};
+  item.rebuilt = item.start.has_value() || has_shape, item.fit = {};
   item.solver = {}, item.sleep = {};
   item.region = region_of(item, volume);
 }

@@ -64,11 +64,18 @@ struct MeshStart {
   EarlierObject earlier{};
 };
 
+/// Largest absolute value of MeshItem::start_modes, deviations.
+inline constexpr float kMostModeDeviations = 5;
+
 /// Statistical model of the organ of a mesh: a prior of its field (model/organ_model.h).
 struct MeshModel {
   std::string path;      ///< path of the model file, as in the scene file
   std::string checksum;  ///< of the contents of the file
   std::shared_ptr<const OrganModel> organ;
+  int number = 0;  ///< index of the organ in the file
+
+  /// Identifies the organ: the checksum, and the number of an organ after the first.
+  std::string identity() const { return number == 0 ? checksum : checksum + "#" + std::to_string(number); }
 };
 
 /// Result of the last comparison of a mesh with its field.
@@ -108,6 +115,8 @@ struct MeshItem {
   IntensityRange intensity_range;          ///< constraint of its field: other intensities are background
   MeshImages images;                       ///< in which its field is solved
   std::shared_ptr<const MeshModel> model;  ///< null: none
+  /// The mesh starts from the shape of its model deformed by the first modes, deviations; empty: from the sphere.
+  std::vector<float> start_modes;
   std::shared_ptr<const MeshField> field;  ///< field solved from the marks; null: not solved yet
   /// Set while the user has cancelled the update of `field` (is_update_cancelled()); null: not cancelled. Not saved, so
   /// that a reopened scene applies all its marks.
@@ -120,11 +129,8 @@ struct MeshItem {
   FieldFit fit;
   SleepState sleep;
 
-  /// Checksum of the model; "" without one.
-  const std::string& model_checksum() const {
-    static const std::string none;
-    return model ? model->checksum : none;
-  }
+  /// MeshModel::identity() of the model; "" without one.
+  std::string model_identity() const { return model ? model->identity() : ""; }
   bool has_field() const { return field && !field->values.empty(); }
   /// Whether the image does not affect its field, which is the inside of `start` with the corrections of its marks.
   bool is_given() const { return start && !(start->error_mm > 0); }

@@ -10,6 +10,7 @@
 #include "field/brush_radius.h"
 #include "forces/force_list.h"
 #include "image/volume.h"
+#include "model/organ_model.h"
 #include "session/filtered_volumes.h"
 #include "session/lasso.h"
 
@@ -37,6 +38,7 @@ void check_mesh(const MeshItem& item, const Scene& scene, const Volume& volume) 
   check_range(item, item.intensity_range);
   check_model(item, item.model.get());
   check_images(scene, item.images, item.name);
+  check_start_modes(item);
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
 
@@ -141,6 +143,21 @@ void check_model(const MeshItem& item, const MeshModel* model) {
     throw Error("the model of '" + item.name + "'",
                 "the segmentation starts from labels or a mesh, which replaces a model",
                 "start it from a seed to use a model");
+}
+
+void check_start_modes(const MeshItem& item) {
+  const std::string owner = "the start shape of '" + item.name + "'";
+  if (item.start_modes.empty()) return;
+  if (!item.model || !item.model->organ) throw Error(owner, "it has no model", "choose a model first");
+  const int modes = item.model->organ->shape.mode_count();
+  if (std::ssize(item.start_modes) > modes)
+    throw Error(
+        owner,
+        "it has " + std::to_string(item.start_modes.size()) + " modes, but its model only " + std::to_string(modes),
+        "give a value for each of the first modes");
+  for (const float value : item.start_modes)
+    if (!(std::abs(value) <= kMostModeDeviations))
+      throw Error(owner, "a mode is not a number from -5 to 5", "give deviations from -5 to 5");
 }
 
 void check_code(const SegmentCode& code, const std::string& name) {

@@ -32,6 +32,8 @@ void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm)
 void check_range(const MeshItem& item, const IntensityRange& range);
 /// Throws for a model that was not read, and for a model (null: none) of a mesh that starts from labels or a mesh.
 void check_model(const MeshItem& item, const MeshModel* model);
+/// Throws for start modes (MeshItem::start_modes) without a model, more than it has, or out of range.
+void check_start_modes(const MeshItem& item);
 /// Throws unless paint belongs to an inside or outside point and has what its brush needs: a radius up to 100 mm, a
 /// unit normal, a thickness, three vertices or voxels.
 void check_paint(const UserPoint& point);

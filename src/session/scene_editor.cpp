@@ -263,20 +263,20 @@ SceneChange SceneEditor::execute(const SetModel& command) {
   refuse_locked(item);
   check_model(item, command.model.get());
   item.model = command.model;
+  item.start_modes.clear();
   item.cancelled = nullptr;
   return {EngineUpdate::Nothing};
 }
 
-SceneChange SceneEditor::execute(const SetImages& command) {
+SceneChange SceneEditor::execute(const SetStartModes& command) {
   MeshItem& item = item_of(command.mesh);
   refuse_locked(item);
-  check_images(scene_, command.images, item.name);
-  if (item.is_given() && !command.images.is_default())
-    throw Error("segmentation '" + item.name + "'", "it starts from labels or a mesh, so its field uses no image",
-                "start it from a seed to choose its images");
-  item.images = command.images;
-  item.cancelled = nullptr;
-  return {EngineUpdate::Nothing};
+  MeshItem changed = item;
+  changed.start_modes = command.modes;
+  check_start_modes(changed);
+  restart(changed, scene_.simulation, volume_);
+  item = std::move(changed);
+  return {EngineUpdate::Meshes};
 }
 
 SceneChange SceneEditor::execute(const EditVoxels& command) {

@@ -32,6 +32,10 @@ bool continues_command(const ResizePoint& resize, const Entry& last) {
   const auto* was = std::get_if<ResizePoint>(&last.command);
   return resize.continues && was && was->point == resize.point;
 }
+bool continues_command(const SetStartModes& set, const Entry& last) {
+  const auto* const was = std::get_if<SetStartModes>(&last.command);
+  return set.continues && was && was->mesh == set.mesh;
+}
 bool continues_command(const SetIntensityRange& set, const Entry& last) {
   const auto* const was = std::get_if<SetIntensityRange>(&last.command);
   return set.continues && was && was->mesh == set.mesh;

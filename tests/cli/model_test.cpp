@@ -131,6 +131,67 @@ TEST_F(Models, StartASegmentationWithoutASeedOrRefuseTheImage) {
   }
 }
 
+TEST_F(Models, OfSeveralOrgansFindOneFromTheOther) {
+  std::string table = "image,labels,label\n";
+  for (const char* number : {"1", "2", "3", "4"}) {
+    const std::string image = std::string("pair") + number + ".nii.gz",
+                      truth = std::string("pair_truth") + number + ".nii.gz";
+    succeed({"phantom", "two-spheres", path(image), "--labels", path(truth), "--size", "48", "--noise", "20",
+             "--contrast", "60", "--seed", number});
+    if (number[0] != '4') table += image + "," + truth + ",1;2\n";
+  }
+  write("pairs.csv", table);
+  succeed({"model", "train", path("pairs.csv"), path("pair.model"), "--vertices", "200", "--modes", "10", "--name",
+           "left; right"});
+  const Outcome shown = succeed({"model", "show", path("pair.model")});
+  EXPECT_NE(shown.out.find("name       left\n"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("name       right\n"), std::string::npos) << shown.out;
+  const auto segment = [&](const Arguments& more) {
+    Arguments arguments{"segment", path("pair4.nii.gz"), path("out.nii.gz"), "--model", path("pair.model")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return call(arguments);
+  };
+  const auto expect_both = [&](const char* what) {
+    for (const char* label : {"1", "2"}) {
+      const Outcome compared =
+          succeed({"compare", path("pair_truth4.nii.gz"), path("out.nii.gz"), "--label", label, "--csv"});
+      EXPECT_NE(compared.out.find("\ndice,0.9"), std::string::npos) << what << ", label " << label << compared.out;
+    }
+  };
+  const Arguments seed{"--seed", "9.5,-0.5,-0.5", "--radius", "7"};
+  const auto with_seed = [&](const Arguments& more) {
+    Arguments arguments = seed;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return segment(arguments);
+  };
+  EXPECT_EQ(with_seed({"--seed-organ", "right"}).status, 0);
+  expect_both("from a seed in the right one");
+  EXPECT_EQ(segment({}).status, 0);
+  expect_both("without a seed");
+  EXPECT_EQ(segment({"--organ", "left", "--save", path("left.json")}).status, 0);
+  EXPECT_EQ(json_of("left.json")["meshes"].size(), 1u);
+  EXPECT_EQ(json_of("left.json")["meshes"][0]["name"], "left");
+  // The scene refers to each organ of the file.
+  EXPECT_EQ(with_seed({"--seed-organ", "right", "--save", path("pair.json")}).status, 0);
+  EXPECT_EQ(json_of("pair.json")["meshes"][1]["model"]["organ"], 2);
+  EXPECT_EQ(call({"run", path("pair.json"), "--steps", "1", "--labels", path("again.nii.gz")}).status, 0);
+  const auto refuses = [&](const Outcome& outcome, const std::string& why) {
+    EXPECT_EQ(outcome.status, 2) << outcome.out;
+    EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  };
+  refuses(with_seed({}), "--seed-organ");
+  refuses(with_seed({"--seed-organ", "middle"}), "left, right");
+  refuses(segment({"--organ", "middle"}), "left, right");
+  // A model of several organs grows by tables of as many.
+  write("one.csv", "image,labels,label\npair4.nii.gz,pair_truth4.nii.gz,1\n");
+  refuses(call({"model", "train", path("one.csv"), path("x.model"), "--add", path("pair.model")}), "has 2 organs");
+  write("two.csv", "image,labels,label\npair4.nii.gz,pair_truth4.nii.gz,1;2\n");
+  const Outcome added =
+      succeed({"model", "train", path("two.csv"), path("x.model"), "--add", path("pair.model"), "--json"});
+  EXPECT_EQ(nlohmann::json::parse(added.out)["organs"][1]["cases"], 4);
+}
+
 TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
   const auto fails = [&](const Arguments& arguments, const std::string& why) {
     const Outcome outcome = call(arguments);
@@ -140,6 +201,7 @@ TEST_F(Models, OfBadInputFailInOneLineAndWriteNothing) {
     EXPECT_FALSE(exists("x.model"));
   };
   fails({"model", "train", path("none.csv"), path("x.model")}, "none.csv");
+  fails({"segment", path("image4.nii.gz"), path("o.nii.gz"), "--seed", "0,0,0", "--organ", "ball"}, "several organs");
   write("labels.csv", "image,labels,label\nimage1.nii.gz,truth1.nii.gz,7\n");
   fails({"model", "train", path("labels.csv"), path("x.model")}, "7");
   fails({"model", "train", path("table.csv"), path("no/such/x.model")}, "x.model");

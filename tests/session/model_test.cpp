@@ -46,6 +46,53 @@ TEST(MeshModels, ChangeTheFieldAndUndoRestoresIt) {
   EXPECT_EQ(first_mesh(*session).field->model, "");
 }
 
+TEST(MeshModels, ReportTheShareOfTheirPriorInTheField) {
+  const auto session = open_with_field();
+  session->advance_steps(1);
+  EXPECT_EQ(first_mesh(*session).field->model_trust, 0);
+  session->apply(SetModel{first_mesh(*session).id, ball_model()});
+  session->advance_steps(1);
+  EXPECT_GT(first_mesh(*session).field->model_trust, 0.25f);
+  EXPECT_LE(first_mesh(*session).field->model_trust, 1);
+}
+
+TEST(MeshModels, AreTheStartShapeOfASurface) {
+  const auto session = open_with_field();
+  const ItemId mesh = first_mesh(*session).id;
+  EXPECT_NE(refusal(*session, SetStartModes{mesh, {1}}).find("no model"), std::string::npos);
+  session->apply(SetModel{mesh, ball_model()});
+  session->advance_steps(1);
+  const std::vector<Eigen::Vector3f> before = first_mesh(*session).mesh.positions;
+  session->apply(SetStartModes{mesh, {2}});
+  const SimplexMesh longer = first_mesh(*session).mesh;
+  EXPECT_EQ(longer.neighbours, ball_model()->organ->shape.mean.neighbours);
+  session->apply(SetStartModes{mesh, {-2}, true});
+  EXPECT_NE(first_mesh(*session).mesh.positions, longer.positions);
+  // The drag of a slider is undone at once.
+  session->apply(Undo{});
+  EXPECT_EQ(first_mesh(*session).mesh.positions, before);
+  EXPECT_TRUE(first_mesh(*session).start_modes.empty());
+  session->apply(Redo{});
+  EXPECT_EQ(first_mesh(*session).start_modes, (std::vector<float>{-2}));
+  // A reset starts from this shape, and from the sphere again without modes.
+  const std::vector<Eigen::Vector3f> start = first_mesh(*session).mesh.positions;
+  session->advance_steps(20);
+  EXPECT_NE(first_mesh(*session).mesh.positions, start);
+  session->apply(ResetPose{mesh});
+  EXPECT_EQ(first_mesh(*session).mesh.positions, start);
+  session->apply(SetStartModes{mesh, {}});
+  EXPECT_NE(first_mesh(*session).mesh.neighbours, longer.neighbours);
+  EXPECT_NE(refusal(*session, SetStartModes{mesh, {9}}).find("-5 to 5"), std::string::npos);
+  EXPECT_NE(refusal(*session, SetStartModes{mesh, std::vector<float>(11, 0)}).find("only 10"), std::string::npos);
+  session->apply(SetStartModes{mesh, {1, 0.5f}});
+  session->advance_steps(10);
+  const auto replayed = open_with_field();
+  replayed->replay(session->log(), session->steps_since_last_command());
+  EXPECT_TRUE(same_state(state_of(*session), state_of(*replayed)));
+  session->apply(SetModel{mesh, nullptr});
+  EXPECT_TRUE(first_mesh(*session).start_modes.empty());
+}
+
 TEST(MeshModels, OfAnAddedSegmentationReplayToTheSameBits) {
   const auto live = open_with_field();
   live->advance_steps(10);

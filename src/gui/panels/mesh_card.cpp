@@ -25,6 +25,7 @@
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "gui/panels/mode_sliders.h"
 #include "gui/workbench/name_line.h"
 #include "gui/workbench/naming.h"
 #include "gui/workbench/workbench.h"
@@ -147,6 +148,9 @@ void MeshCard::build_lower_row() {
   set_role(images_, "dim");
   images_->hide();
   layout()->addWidget(images_);
+  modes_ = new ModeSliders(workbench_, this);
+  modes_->hide();
+  layout()->addWidget(modes_);
 
   connect(label_, &QSpinBox::valueChanged, this, [this](int label) { edit({mesh_, {}, {}, {}, label}); });
   connect(opacity_, &QSlider::valueChanged, this, [this](int percent) {
@@ -176,15 +180,7 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
   locked_->setIcon(icon_of(item.locked ? Symbol::Locked : Symbol::Unlocked));
   label_->setValue(item.label);
   opacity_->setValue(static_cast<int>(std::lround(item.opacity * 100)));
-  model_->setVisible(item.model != nullptr);
-  if (item.model) {
-    const OrganModel& organ = *item.model->organ;
-    const QString file = QFileInfo(text(std::filesystem::path(item.model->path))).fileName();
-    model_->setText(tr("Model: %1").arg(organ.name.empty() ? file : text(organ.name)));
-    model_->setToolTip(tr("%1: %2, error on unseen cases %3. It has no effect where it does not fit the image.")
-                           .arg(file, counted_text(static_cast<std::int64_t>(organ.cases.size()), "case"),
-                                text(length_text(organ.surface_error_mm))));
-  }
+  show_model(item);
   images_->setVisible(!item.images.is_default());
   if (!item.images.is_default()) {
     const auto name_of = [&](ItemId image) {
@@ -198,11 +194,33 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
                          : tr("Computed on: %1, with %2").arg(name_of(item.images.main), further.join(", ")));
     images_->setToolTip(tr("Images in which this segmentation is computed: Segmentation > Computed on images"));
   }
+  modes_->setVisible(active && item.model);
+  if (item.model) modes_->show_mesh(item);
   if (property("active").toBool() != active) {
     setProperty("active", active);
     style()->unpolish(this);
     style()->polish(this);
   }
+}
+
+void MeshCard::show_model(const MeshItem& item) {
+  model_->setVisible(item.model != nullptr);
+  if (!item.model) return;
+  const OrganModel& organ = *item.model->organ;
+  const QString file = QFileInfo(text(std::filesystem::path(item.model->path))).fileName();
+  const QString name = organ.name.empty() ? file : text(organ.name);
+  const bool solved = item.field && item.field->model == item.model->identity() && !item.field->is_preliminary();
+  if (!solved)
+    model_->setText(tr("Model: %1").arg(name));
+  else if (item.field->model_trust > 0)
+    model_->setText(tr("Model: %1, trust %2%").arg(name).arg(std::lround(100 * item.field->model_trust)));
+  else
+    model_->setText(tr("Model: %1, no effect here").arg(name));
+  model_->setToolTip(
+      tr("%1: %2, error on unseen cases %3.\nTrust: share of its shape in the segmentation. A model has no "
+         "effect where it does not fit the image.")
+          .arg(file, counted_text(static_cast<std::int64_t>(organ.cases.size()), "case"),
+               text(length_text(organ.surface_error_mm))));
 }
 
 void MeshCard::show_state(const QString& state, bool is_warning, const QString& advice) {
@@ -222,7 +240,7 @@ void MeshCard::show_volume(std::optional<double> mm3) { volume_->setText(mm3 ? t
 bool MeshCard::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::MouseButtonPress || event->type() == QEvent::FocusIn) workbench_.set_active_mesh(mesh_);
   // The wheel scrolls the list; it changes a value only if the control has the focus.
-  if (event->type() == QEvent::Wheel && (watched == label_ || watched == opacity_) &&
+  if (event->type() == QEvent::Wheel && (watched == label_ || qobject_cast<QSlider*>(watched)) &&
       !static_cast<QWidget*>(watched)->hasFocus()) {
     event->ignore();
     return true;

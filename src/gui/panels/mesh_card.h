@@ -13,6 +13,7 @@ class QToolButton;
 namespace simplexseg {
 
 class ActionTable;
+class ModeSliders;
 class NameLine;
 class Workbench;
 
@@ -27,6 +28,8 @@ class MeshCard : public QFrame {
   void show_state(const QString& state, bool is_warning, const QString& advice = {});
   /// Shows the button Cancel while the field of the mesh is solved, and the button Solve while marks are pending.
   void show_update(bool solving, bool pending);
+  /// Shows the name of the model of the mesh and its trust, the share of the model in the field.
+  void show_model(const MeshItem& item);
   /// Shows the volume; none: it is unknown, because the mesh moves.
   void show_volume(std::optional<double> mm3);
   ItemId mesh() const { return mesh_; }
@@ -63,8 +66,9 @@ class MeshCard : public QFrame {
   QSlider* opacity_;
   QLabel* volume_;
   QLabel* state_;
-  QLabel* model_;   ///< hidden without a model
-  QLabel* images_;  ///< hidden unless images are chosen
+  QLabel* model_;       ///< hidden without a model
+  QLabel* images_;      ///< hidden unless images are chosen
+  ModeSliders* modes_;  ///< hidden unless the mesh is active and has a model
 };
 
 }  // namespace simplexseg

@@ -68,15 +68,17 @@ TrainDialog::TrainDialog(Workbench& workbench, QWidget* parent)
   fit_on_screen(*this);
   auto* column = new QVBoxLayout(this);
   auto* intro =
-      new QLabel(tr("A model learns shape and appearance of one organ from images with correct labels. Four cases "
-                    "are useful for bones, ten or more for soft organs."),
+      new QLabel(tr("A model learns shape and appearance of an organ, or of several and their relations, from images "
+                    "with correct labels. Four cases are useful for bones, ten or more for soft organs."),
                  this);
   intro->setWordWrap(true);
   column->addWidget(intro);
   list_->setObjectName("training_cases");
   list_->setAccessibleName(tr("Training cases"));
   list_->setHorizontalHeaderLabels({tr("Image"), tr("Labels"), tr("Label"), tr("Mirror")});
-  list_->horizontalHeaderItem(kLabel)->setToolTip(tr("Value or name of the label; empty: all voxels that are not 0"));
+  list_->horizontalHeaderItem(kLabel)->setToolTip(
+      tr("Value or name of the label; empty: all voxels that are not 0.\n"
+         "Several organs in one model: their labels, separated by ;"));
   list_->horizontalHeaderItem(kMirror)->setToolTip(
       tr("Mirrors the case left to right, for the organ of the other side"));
   list_->horizontalHeader()->setSectionResizeMode(kImage, QHeaderView::Stretch);
@@ -178,8 +180,9 @@ std::vector<TableCase> TrainDialog::cases() const {
   for (int row = 0; row < list_->rowCount(); ++row) {
     TableCase& one = all.emplace_back();
     one.image = to_path(list_->item(row, kImage)->data(Qt::UserRole).toString());
-    one.labels = to_path(list_->item(row, kLabels)->data(Qt::UserRole).toString());
-    one.label = list_->item(row, kLabel)->text().trimmed().toStdString();
+    one.organs = organ_labels(to_path(list_->item(row, kLabels)->data(Qt::UserRole).toString()).string(),
+                              list_->item(row, kLabel)->text().toStdString(),
+                              [](const std::string& file) { return std::filesystem::path(file); });
     one.mirror = list_->item(row, kMirror)->checkState() == Qt::Checked;
     one.name = shown_path(list_->item(row, kImage)->text());
   }
@@ -189,7 +192,7 @@ std::vector<TableCase> TrainDialog::cases() const {
 void TrainDialog::open_table(const QString& path) {
   try {
     for (const TableCase& one : read_case_table(to_path(path)))
-      add_case(text(one.image), text(one.labels), text(one.label), one.mirror);
+      add_case(text(one.image), text(files_text(one.organs)), text(labels_text(one.organs)), one.mirror);
     show_message({});
   } catch (const Error& error) {
     show_message(QString::fromUtf8(error.what()), true);
@@ -223,7 +226,12 @@ void TrainDialog::set_base(const QString& model) {
 
 void TrainDialog::train(const QString& model) {
   TableTraining training;
-  training.rows = cases();
+  try {
+    training.rows = cases();
+  } catch (const Error& error) {
+    show_message(QString::fromUtf8(error.what()), true);
+    return;
+  }
   training.name = name_->isEnabled() ? name_->text().trimmed().toStdString() : "";
   training.modality = modality_->isEnabled() ? modality_->text().trimmed().toStdString() : "";
   training.add_to = to_path(base_path_);

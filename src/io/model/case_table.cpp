@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/platform/data_path.h"
 #include "io/platform/files.h"
+#include "io/platform/header_text.h"
 
 namespace simplexseg {
 namespace {
@@ -45,7 +48,62 @@ std::vector<std::vector<std::string>> csv_rows(const std::string& text, char sep
   return rows;
 }
 
+std::string joined(const std::vector<std::string>& entries) {
+  if (std::ranges::adjacent_find(entries, std::not_equal_to<>()) == entries.end()) return entries.front();
+  std::string text;
+  for (const std::string& entry : entries) text += (&entry == &entries.front() ? "" : ";") + entry;
+  return text;
+}
+
 }  // namespace
+
+std::vector<std::string> list_entries(const std::string& text) {
+  std::vector<std::string> entries;
+  std::size_t start = 0;
+  for (std::size_t end = 0; end != text.npos; start = end + 1) {
+    end = text.find(';', start);
+    entries.push_back(trimmed(text.substr(start, end - start)));
+  }
+  return entries;
+}
+
+std::vector<OrganLabels> organ_labels(const std::string& files, const std::string& labels,
+                                      const std::function<std::filesystem::path(const std::string&)>& file) {
+  std::vector<std::string> file_list = list_entries(files), label_list = list_entries(labels);
+  const std::size_t count = std::max(file_list.size(), label_list.size());
+  if ((file_list.size() != 1 && file_list.size() != count) || (label_list.size() != 1 && label_list.size() != count))
+    throw Error("labels '" + one_line(files, 100) + "'",
+                counted(file_list.size(), "label file", "label files") + " for " +
+                    counted(label_list.size(), "label", "labels"),
+                "write as many of both, or one for all");
+  const bool has_files = file_list.size() > 1, has_labels = label_list.size() > 1;
+  file_list.resize(count, file_list.front()), label_list.resize(count, label_list.front());
+  std::vector<OrganLabels> organs(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    if ((has_files && file_list[k].empty()) || (has_labels && label_list[k].empty())) continue;
+    organs[k] = {file(file_list[k]), label_list[k]};
+  }
+  return organs;
+}
+
+std::string files_text(const std::vector<OrganLabels>& organs) {
+  std::vector<std::string> entries;
+  std::filesystem::path only;
+  for (const OrganLabels& one : organs) {
+    entries.push_back(one.labels.string());
+    if (!one.labels.empty()) only = one.labels;
+  }
+  // One file for all, of which some have no label.
+  if (std::ranges::all_of(organs, [&](const OrganLabels& one) { return one.labels.empty() || one.labels == only; }))
+    return only.string();
+  return joined(entries);
+}
+
+std::string labels_text(const std::vector<OrganLabels>& organs) {
+  std::vector<std::string> entries;
+  for (const OrganLabels& one : organs) entries.push_back(one.label);
+  return joined(entries);
+}
 
 std::vector<TableCase> read_case_table(const std::filesystem::path& path) {
   std::string text = read_bytes(path);
@@ -84,8 +142,13 @@ std::vector<TableCase> read_case_table(const std::filesystem::path& path) {
       throw Error(table, "row " + std::to_string(r + 1) + ": mirror is '" + one_line(mirrored) + "'", "write 0 or 1");
     TableCase& one = cases.emplace_back();
     one.image = find_data(field(image), path.parent_path());
-    one.labels = find_data(field(labels), path.parent_path());
-    one.label = field(label);
+    one.organs = organ_labels(field(labels), field(label),
+                              [&](const std::string& file) { return find_data(file, path.parent_path()); });
+    if (one.organs.size() != cases.front().organs.size())
+      throw Error(table,
+                  "row " + std::to_string(r + 1) + " has " + counted(one.organs.size(), "organ", "organs") +
+                      ", but the first case has " + std::to_string(cases.front().organs.size()),
+                  "leave entries of organs that are not labelled empty, as in 2;;4");
     one.mirror = mirrored == "1";
     one.name = field(name).empty() ? one.image.filename().string() : field(name);
   }

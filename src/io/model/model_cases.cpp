@@ -46,27 +46,29 @@ Volume mirrored(const Volume& image) {
 
 }  // namespace
 
-ModelCase load_model_case(const TableCase& row, std::vector<std::string>& warnings) {
-  ModelCase result;
-  result.name = row.name;
-  result.image = read_volume(row.image);
-  LabelFile file(row.labels);
-  LabelChoice choice;
-  choice.label = parse_number(row.label);
-  if (!choice.label) choice.name = row.label;
-  choice.label = label_of(choice, file.segments(), row.labels);
-  const Volume labels = file.read_onto(result.image.geometry(), quoted(row.image), warnings, choice);
-  result.source = {checksum_of(result.image), checksum_of(labels)};
-  result.object = mask_of(labels, choice.label);
-  if (std::ranges::find(result.object.voxels, std::uint8_t{1}) == result.object.voxels.end())
-    throw Error("case " + row.name, "no voxel of " + quoted(row.labels) + " has the label " + row.label,
-                "correct the label in the table");
-  if (row.mirror) {
-    result.image = mirrored(result.image);
-    reverse_axis(std::span(result.object.voxels), result.image.geometry().size,
-                 left_right_axis(result.image.geometry()));
+std::vector<std::optional<ModelCase>> load_model_cases(const TableCase& row, int image_number,
+                                                       std::vector<std::string>& warnings) {
+  const Volume image = read_volume(row.image);
+  const std::string checksum = checksum_of(image);
+  const Volume shown = row.mirror ? mirrored(image) : image;
+  std::vector<std::optional<ModelCase>> cases;
+  for (const OrganLabels& organ : row.organs) {
+    std::optional<ModelCase>& one = cases.emplace_back();
+    if (organ.labels.empty()) continue;
+    LabelFile file(organ.labels);
+    LabelChoice choice;
+    choice.label = parse_number(organ.label);
+    if (!choice.label) choice.name = organ.label;
+    choice.label = label_of(choice, file.segments(), organ.labels);
+    const Volume labels = file.read_onto(image.geometry(), quoted(row.image), warnings, choice);
+    one = ModelCase{row.name, shown, mask_of(labels, choice.label), {checksum, checksum_of(labels)}, image_number};
+    if (std::ranges::find(one->object.voxels, std::uint8_t{1}) == one->object.voxels.end())
+      throw Error("case " + row.name, "no voxel of " + quoted(organ.labels) + " has the label " + organ.label,
+                  "correct the label in the table");
+    if (row.mirror)
+      reverse_axis(std::span(one->object.voxels), image.geometry().size, left_right_axis(image.geometry()));
   }
-  return result;
+  return cases;
 }
 
 IntensityScale scale_for(const std::vector<ModelCase>& cases) {

@@ -3,6 +3,7 @@
 
 #include <zlib.h>
 
+#include <Eigen/Cholesky>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -21,7 +22,8 @@ static_assert(std::endian::native == std::endian::little, "the arrays of a model
 
 namespace {
 
-constexpr int kVersion = 2;  ///< 1: without shapes and profiles of the cases
+/// 1: without shapes and profiles of the cases; 2: one organ.
+constexpr int kVersion = 3;
 constexpr const char* kHead = "simplexseg_model";
 
 template <class T>
@@ -70,6 +72,7 @@ Normal3 normal3_from(const json& value) {
 json json_of(const TrainedCase& one) {
   json value{{"image", one.source.image}, {"labels", one.source.labels}};
   if (one.points.cols() == 0) return value;
+  value["image_number"] = one.image_number;
   value["points_mm"] = array_json(one.points.data(), static_cast<std::size_t>(one.points.size()));
   value["profiles"] = array_json(one.profiles.data(), one.profiles.size());
   value["seed_mm"] = json_of(one.seed_mm);
@@ -80,9 +83,10 @@ json json_of(const TrainedCase& one) {
   value["error_cases"] = one.error_cases;
   return value;
 }
-TrainedCase case_from(const json& value, std::size_t vertices) {
+TrainedCase case_from(const json& value, std::size_t vertices, std::size_t number) {
   TrainedCase one;
-  if (value.is_array()) {  // version 1
+  one.image_number = static_cast<int>(number);  // version 2 has none
+  if (value.is_array()) {                       // version 1
     one.source = {value.at(0).get<std::string>(), value.at(1).get<std::string>()};
     return one;
   }
@@ -98,6 +102,8 @@ TrainedCase case_from(const json& value, std::size_t vertices) {
   one.extent_mm = vector_from(value.at("extent_mm"));
   one.error_mm = number_from(value.at("error_mm"));
   one.error_cases = value.at("error_cases").get<int>();
+  if (value.contains("image_number")) one.image_number = value.at("image_number").get<int>();
+  expect(one.image_number >= 0, "the number of an image is negative");
   expect(one.error_mm >= 0 && one.error_cases >= 0, "an error is negative");
   return one;
 }
@@ -167,13 +173,35 @@ OrganModel organ_from(const json& value) {
   organ.profiles.whitening = floats_from(profiles.at("whitening"), count * ProfileModel::kWhitening);
   organ.surface_error_mm = positive_from(value.at("surface_error_mm"));
   for (const json& one : value.at(value.contains("sources") ? "sources" : "cases"))
-    organ.cases.push_back(case_from(one, count));
+    organ.cases.push_back(case_from(one, count, organ.cases.size()));
   if (!value.contains("curve")) return organ;
   for (const json& one : value.at("curve")) {
     organ.curve.push_back({one.at(0).get<int>(), number_from(one.at(1))});
     expect(organ.curve.back().cases > 0 && organ.curve.back().error_mm >= 0, "an error is negative");
   }
   return organ;
+}
+
+json json_of(const PoseRelations& relations) {
+  return {
+      {"mean", array_json(relations.mean.data(), static_cast<std::size_t>(relations.mean.size()))},
+      {"covariance", array_json(relations.covariance.data(), static_cast<std::size_t>(relations.covariance.size()))}};
+}
+
+PoseRelations relations_from(const json& value, std::size_t organs) {
+  const std::size_t count = organs > 1 ? 7 * organs : 0;
+  const std::vector<double> mean = array_from<double>(value.at("mean"), count),
+                            covariance = array_from<double>(value.at("covariance"), count * count);
+  PoseRelations relations;
+  const auto size = static_cast<Eigen::Index>(count);
+  relations.mean = Eigen::Map<const Eigen::VectorXd>(mean.data(), size);
+  relations.covariance = Eigen::Map<const Eigen::MatrixXd>(covariance.data(), size, size);
+  expect(relations.mean.allFinite() && relations.covariance.allFinite(), "a number is not finite");
+  if (count > 0)
+    expect(relations.covariance.isApprox(relations.covariance.transpose(), 1e-9) &&
+               Eigen::LLT<Eigen::MatrixXd>(relations.covariance).info() == Eigen::Success,
+           "a covariance is not positive");
+  return relations;
 }
 
 std::string checksum_of_bytes(const std::string& bytes) {
@@ -187,7 +215,7 @@ std::string model_bytes(const ModelFile& model) {
   json organs = json::array();
   for (const OrganModel& organ : model.organs) organs.push_back(json_of(organ));
   std::string contents, bytes;
-  json::to_cbor(organs, contents);
+  json::to_cbor({{"organs", std::move(organs)}, {"relations", json_of(model.relations)}}, contents);
   const std::string checksum = checksum_of_bytes(contents);
   json::to_cbor({{kHead, kVersion}, {"checksum", checksum}, {"contents", array_json(contents.data(), contents.size())}},
                 bytes);
@@ -202,8 +230,8 @@ ModelFile model_from_bytes(const std::string& bytes, const std::string& name) {
     expect_plain_cbor(bytes);
     const json file = json::from_cbor(bytes);
     if (!file.is_object() || !file.contains(kHead)) throw damaged("it is not a model of this program");
-    if (const int version = file.at(kHead).get<int>(); version < 1 || version > kVersion)
-      throw damaged("its version is not supported");
+    const int version = file.at(kHead).get<int>();
+    if (version < 1 || version > kVersion) throw damaged("its version is not supported");
     const auto& binary = file.at("contents").get_binary();
     const std::string contents(binary.begin(), binary.end());
     ModelFile model;
@@ -211,14 +239,27 @@ ModelFile model_from_bytes(const std::string& bytes, const std::string& name) {
     if (file.at("checksum").get<std::string>() != model.checksum)
       throw damaged("its checksum differs: the file is damaged");
     expect_plain_cbor(contents);
-    for (const json& organ : json::from_cbor(contents)) model.organs.push_back(organ_from(organ));
+    const json read = json::from_cbor(contents);
+    for (const json& organ : version < 3 ? read : read.at("organs")) model.organs.push_back(organ_from(organ));
     expect(!model.organs.empty(), "it has no organ");
+    if (version >= 3) model.relations = relations_from(read.at("relations"), model.organs.size());
+    expect(model.organs.size() == 1 || version >= 3, "it has several organs without relations");
     return model;
   } catch (const Error&) {
     throw;
   } catch (const std::exception& exception) {
     throw damaged("the file is damaged: " + message_of(exception));
   }
+}
+
+int organ_of_name(const ModelFile& model, const std::string& name, const std::string& file) {
+  std::string names;
+  for (const OrganModel& organ : model.organs) {
+    if (organ.name == name) return static_cast<int>(&organ - model.organs.data());
+    names += (names.empty() ? "" : ", ") + (organ.name.empty() ? "(no name)" : organ.name);
+  }
+  throw Error("model " + file, "it has no organ '" + one_line(name, 100) + "'",
+              "choose one of its organs: " + one_line(names, 300));
 }
 
 ModelFile read_model(const std::filesystem::path& path) { return model_from_bytes(read_bytes(path), quoted(path)); }

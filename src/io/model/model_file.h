@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/organ_model.h"
+#include "model/pose_relations.h"
 
 namespace simplexseg {
 
@@ -15,7 +16,8 @@ inline constexpr const char* kModelExtension = ".model";
 /// Contents of a model file; no image.
 struct ModelFile {
   std::vector<OrganModel> organs;
-  std::string checksum;  ///< of the contents, set by read_model() and write_model()
+  PoseRelations relations;  ///< of several organs
+  std::string checksum;     ///< of the contents, set by read_model() and write_model()
 };
 
 /// Bytes of a model file: CBOR with the arrays in little-endian order, and a CRC-32 of them.
@@ -23,6 +25,9 @@ std::string model_bytes(const ModelFile& model);
 /// Model from the bytes of a file. `name`: file in messages. Throws Error for damaged bytes, another version, and
 /// arrays whose lengths do not match.
 ModelFile model_from_bytes(const std::string& bytes, const std::string& name);
+
+/// Index of an organ by its name. Throws Error for a name that the model does not have.
+int organ_of_name(const ModelFile& model, const std::string& name, const std::string& file);
 
 ModelFile read_model(const std::filesystem::path& path);
 void write_model(const std::filesystem::path& path, ModelFile& model);

@@ -279,16 +279,11 @@ void read_keys(const JsonInput& in, SetIntensityRange& c) {
   c.continues = in.has("continues") && in["continues"].boolean();
 }
 
-Json keys_json(const SetModel& c) {
-  Json json = {{"mesh", c.mesh}};
-  if (c.model) json["model"] = mesh_model_json<Json>(*c.model, c.model->path);
-  return json;
-}
-void read_keys(const JsonInput& in, SetModel& c) {
-  expect_keys(in, {"mesh", "model"});
-  c.mesh = read_id(in["mesh"]);
-  if (in.has("model")) c.model = mesh_model_from_json(in["model"], {});
-}
+// Commands of models, in mesh_model.h.
+template <class C>
+concept ModelCommand = std::is_same_v<C, SetModel> || std::is_same_v<C, SetStartModes>;
+Json keys_json(const ModelCommand auto& c) { return model_keys_json<Json>(c); }
+void read_keys(const JsonInput& in, ModelCommand auto& c) { read_model_keys(in, c); }
 
 Json keys_json(const EditVoxels& c) {
   const VoxelEditInfo& info = info_of(c.edit);
@@ -368,7 +363,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "edit_layer",
                                          "remove_layer",
                                          "filter_volume",
-                                         "set_images"};
+                                         "set_images",
+                                         "set_start_modes"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};

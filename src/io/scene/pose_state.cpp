@@ -97,7 +97,7 @@ json binary_json(const MeshField& painted) {
                 {"leaks", field.leaks},
                 {"calibrated_dice", field.expected_dice}};
   if (field.intensity_range.is_limited()) saved["intensity_range"] = range_json<json>(field.intensity_range);
-  if (!field.model.empty()) saved["model"] = field.model;
+  if (!field.model.empty()) saved["model"] = field.model, saved["model_trust"] = field.model_trust;
   if (field.images != 0) saved["images"] = field.images;
   if (!field.filters.empty()) saved["filters"] = field.filters;
   if (field.range_effect != RangeEffect::Limits) saved["range_effect"] = name_of(field.range_effect);
@@ -126,6 +126,8 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
   field->model = saved.value("model", "");
   field->images = saved.value("images", std::uint64_t{0});
   field->filters = saved.value("filters", "");
+  field->model_trust = saved.value("model_trust", 0.0f);
+  expect(field->model_trust >= 0 && field->model_trust <= 1, "the trust in the model is out of range");
   if (saved.contains("intensity_range")) {
     const json& range = saved.at("intensity_range");
     field->intensity_range.low = range.value("low", field->intensity_range.low);
