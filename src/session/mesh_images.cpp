@@ -7,8 +7,8 @@
 
 #include "core/digest.h"
 #include "core/error.h"
-#include "session/mesh_lifecycle.h"
 #include "session/scene.h"
+#include "session/scene_checks.h"
 #include "session/scene_editor.h"
 
 namespace simplexseg {

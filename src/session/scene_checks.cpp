@@ -53,6 +53,10 @@ void check_value(const ParameterInfo& info, float value, const std::string& owne
   throw Error(owner + " " + info.name, why.str(), range.str());
 }
 
+void refuse_locked(const MeshItem& item) {
+  if (item.locked) throw Error("segmentation '" + item.name + "'", "it is locked", "unlock it first");
+}
+
 void check_seed(const Seed& seed, const std::string& name, const Volume& volume) {
   if (!seed.centre_mm.allFinite() || !std::isfinite(seed.radius_mm) || !(seed.radius_mm > 0))
     throw Error("segmentation '" + name + "'",

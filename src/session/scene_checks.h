@@ -27,6 +27,8 @@ void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume&
 void check_path(MarkKind kind, const std::vector<Eigen::Vector3d>& path_mm);
 /// Throws for a stroke of marks that is longer than 2,000 of its radii.
 void check_stroke(const std::vector<Eigen::Vector3d>& path_mm, double radius_mm);
+/// Throws for a mesh whose pose is protected.
+void refuse_locked(const MeshItem& item);
 /// Throws unless the lower limit of a range is below the upper one, and for a range of a mesh that starts from labels
 /// or a mesh.
 void check_range(const MeshItem& item, const IntensityRange& range);

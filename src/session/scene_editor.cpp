@@ -30,10 +30,6 @@ BoxPrompt prompt_of(const std::vector<Eigen::Vector3d>& corners_mm, const Volume
   return prompt_of_box(corners, volume.geometry());
 }
 
-void refuse_locked(const MeshItem& item) {
-  if (item.locked) throw Error("segmentation '" + item.name + "'", "it is locked", "unlock it first");
-}
-
 }  // namespace
 
 SceneChange SceneEditor::execute(const AddMesh& command) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layers in scene files, logs and undo histories, and the files to which they refer.
+#include <fstream>
+
 #include "../session/session_fixture.h"
 #include "io/platform/files.h"
 #include "io/scene/layer_images.h"
@@ -69,7 +71,7 @@ TEST_F(LayerIo, ASceneKeepsTheImagesOfItsMeshes) {
   const std::size_t at = text.find("\"main\": 2");
   ASSERT_NE(at, std::string::npos);
   text[at + 8] = '3';
-  write_text(folder_ / "scene.json", text);
+  std::ofstream(folder_ / "scene.json") << text;
   EXPECT_THROW(read_scene(folder_ / "scene.json"), Error);
 }
 
