@@ -123,7 +123,8 @@ Eigen::Vector3d mapped_direction(const Transform& transform, const Eigen::Vector
 /// Normal of the surface with the normal `normal` after the map: cross product of two mapped tangents.
 Eigen::Vector3d mapped_normal(const Transform& transform, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& normal) {
   if (!(normal.norm() > 0)) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d n = normal.normalized(), a = n.unitOrthogonal(), b = n.cross(a);
+  Eigen::Vector3d n = normal.normalized();
+  const Eigen::Vector3d a = n.unitOrthogonal(), b = n.cross(a);
   const Eigen::Vector3d across = mapped_direction(transform, at_mm, a).cross(mapped_direction(transform, at_mm, b));
   if (!(across.norm() > 1e-9)) return n;
   const Eigen::Vector3d unit = across.normalized();

@@ -130,6 +130,7 @@ void ModelMenu::start_organs() {
     for (int k = 0; k < std::ssize(organs); ++k)
       if (k >= std::ssize(present) || !present[k]) search->wanted.push_back(k);
     std::vector<FoundOrgan> found;
+    found.reserve(surfaces.size());
     for (const auto& [number, surface] : surfaces)
       found.push_back({number, register_template(organs[number].shape.mean, surface)});
     ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), true);

@@ -101,6 +101,7 @@ std::string files_text(const std::vector<OrganLabels>& organs) {
 
 std::string labels_text(const std::vector<OrganLabels>& organs) {
   std::vector<std::string> entries;
+  entries.reserve(organs.size());
   for (const OrganLabels& one : organs) entries.push_back(one.label);
   return joined(entries);
 }

@@ -48,6 +48,7 @@ std::shared_ptr<const MeshModel> mesh_model_from_json(const JsonInput& input,
 
 std::vector<float> read_modes(const JsonInput& input) {
   std::vector<float> modes;
+  modes.reserve(static_cast<std::size_t>(input.size()));
   for (int m = 0; m < input.size(); ++m) modes.push_back(static_cast<float>(input[m].number()));
   return modes;
 }
