@@ -10,8 +10,8 @@ namespace simplexseg {
 struct FieldImages {
   /// Image in which the field finds edges and surface; empty: the volume of the scene.
   Volume main{};
-  /// Images that inform the prior in addition, by their appearance. Where they measure helpful:
-  /// docs/results/several-images.md.
+  /// Images that inform the prior in addition, by their appearance. Their effect: docs/results/README.md, "Several
+  /// images".
   std::vector<Volume> further{};
 };
 

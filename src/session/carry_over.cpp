@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/quantile.h"
 #include "image/label_surface.h"
 #include "image/rasterise.h"
 #include "image/volume.h"
@@ -21,20 +22,13 @@ namespace {
 
 constexpr double kMostDeviations = 3;  ///< largest difference of two values that agree, deviations of the object
 constexpr double kLeastEdge = 0.3;     ///< smallest contrast of an edge that agrees, share of the earlier contrast
-constexpr double kDeviationPerMad = 1.4826;  ///< of a normal distribution
-constexpr double kSeedShare = 0.6;           ///< radius of the seed, share of that of the inscribed ball
-constexpr double kLeastInside = 0.5;         ///< smallest share of a carried surface that must lie in the new image
+constexpr double kSeedShare = 0.6;     ///< radius of the seed, share of that of the inscribed ball
+constexpr double kLeastInside = 0.5;   ///< smallest share of a carried surface that must lie in the new image
 
 /// Median of the values of an object and their deviation, estimated from the median absolute deviation.
 struct Appearance {
   double median = 0, deviation = 1;
 };
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Values of the finite voxels inside a surface.
 std::vector<double> values_inside(const SimplexMesh& mesh, const Volume& volume) {
@@ -53,10 +47,10 @@ std::optional<Appearance> appearance_of(const SimplexMesh& mesh, const Volume& v
   std::vector<double> values = values_inside(mesh, volume);
   if (values.empty()) return std::nullopt;
   Appearance appearance;
-  appearance.median = median_of(values);
+  appearance.median = quantile(values, 0.5);
   double largest = std::abs(appearance.median);
   for (double& value : values) value = std::abs(value - appearance.median), largest = std::max(largest, value);
-  appearance.deviation = std::max(kDeviationPerMad * median_of(values), 1e-3 * largest);
+  appearance.deviation = std::max(kDeviationsOfMedian * quantile(values, 0.5), 1e-3 * largest);
   if (!(appearance.deviation > 0)) appearance.deviation = 1;
   return appearance;
 }

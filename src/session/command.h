@@ -108,8 +108,8 @@ struct SetModel {
   ItemId mesh;
   std::shared_ptr<const MeshModel> model;  ///< null: none
 };
-/// Sets the images in which the field of a mesh is solved (MeshItem::images). Refused for a mesh with MeshItem::start,
-/// whose field does not use them.
+/// Sets the images in which the field of a mesh is solved (MeshItem::images). Refused for a mesh with
+/// MeshItem::is_given(), whose field does not use them.
 struct SetImages {
   ItemId mesh;
   MeshImages images;

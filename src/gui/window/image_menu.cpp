@@ -42,10 +42,10 @@ void ImageMenu::refresh() {
   const MeshItem* const item = workbench_.active_mesh();
   const std::vector<LayerItem>& layers = workbench_.scene().layers;
   const QString why = !item ? tr("There is no segmentation yet: place a seed first (%1)").arg(key_hint(Act::ToolSeed))
-                      : item->locked   ? why_locked()
-                      : item->start    ? tr("This segmentation starts from labels or a mesh, which uses no image")
-                      : layers.empty() ? tr("There is one image: add a layer first (%1)").arg(key_hint(Act::AddLayer))
-                                       : QString();
+                      : item->locked     ? why_locked()
+                      : item->is_given() ? tr("This segmentation starts from labels or a mesh, which uses no image")
+                      : layers.empty()   ? tr("There is one image: add a layer first (%1)").arg(key_hint(Act::AddLayer))
+                                         : QString();
   set_enabled(menuAction(), why.isEmpty(), why);
   if (!why.isEmpty()) return;
   addSection(tr("Main image"));
