@@ -40,14 +40,15 @@ struct FollowOptions {
   int volume = 1;
   std::string to, start = "centres", marks = kAgreeing, backend = "auto";
   std::vector<std::string> transforms;
-  double error_mm = 0;
+  double error_mm = -1;
   int steps = -1, threads = 0;
-  bool time_points = false;
+  bool time_points = false, earlier_layer = false;
   std::string table, report, save_transform, field, curve, plot;
 
   std::string registration() const {
     if (!to.empty()) return to;
-    return time_points || !transforms.empty() ? kNoRegistration : kToRigid;
+    if (!transforms.empty()) return kNoRegistration;
+    return time_points ? kToField : kToRigid;
   }
 };
 
@@ -67,6 +68,8 @@ void check_choices(const FollowOptions& options) {
     if (!options.time_points && !value->empty())
       throw Error(name, "a single study has no curve", "add --time-points, or omit it");
   if (!options.time_points) return;
+  if (options.earlier_layer)
+    throw Error("--earlier-layer", "it is not available with --time-points", "omit one of the two");
   for (const auto& [name, value] : {std::pair("--table", &options.table), std::pair("--field", &options.field),
                                     std::pair("--save-transform", &options.save_transform)})
     if (!value->empty()) throw Error(name, "it is not available with --time-points", "omit it; use --curve");
@@ -100,7 +103,7 @@ FollowSettings settings_of(const FollowOptions& options) {
   if (options.start == kNoRegistration) settings.start = RegistrationStart::None;
   for (const std::string& file : options.transforms) settings.transform.append(read_transform(file));
   settings.threads = options.threads;
-  if (options.error_mm > 0) settings.error_mm = options.error_mm;
+  if (options.error_mm >= 0) settings.error_mm = options.error_mm;
   settings.marks = options.marks == kAgreeing ? CarriedMarks::Agreeing
                    : options.marks == kAll    ? CarriedMarks::All
                                               : CarriedMarks::None;
@@ -174,17 +177,18 @@ void follow_next_study(const FollowOptions& options, const FollowSettings& setti
   CarriedScene carried;
   {
     Progress progress(console, "following");
-    LoadedVolume next = load_volume(options.image, options.volume, options.series);
-    warnings.insert(warnings.end(), next.warnings.begin(), next.warnings.end());
-    FollowedStudy followed = follow_study(input.scene, input.volume, next.volume, settings, [&](double share) {
-      Interrupt::check();
-      progress.set(0.7 * share);
-    });
-    carried = std::move(followed.carried);
-    set_image(carried.scene, {options.image, options.volume, options.series}, next.volume);
+    NextStudy study = follow_image(input, {options.image, options.volume, options.series}, settings,
+                                   options.earlier_layer, [&](double share) {
+                                     Interrupt::check();
+                                     progress.set(0.7 * share);
+                                   });
+    warnings.insert(warnings.end(), study.next.warnings.begin(), study.next.warnings.end());
+    const FollowedStudy& followed = study.followed;
+    carried = followed.carried;
     as_failure([&] { write_starts(options.output, carried.scene); });
     const std::unique_ptr<Session> session = session_of(options);
-    session->open(carried.scene, next.volume);
+    session->open(carried.scene, study.next.volume);
+    add_filters(*session, std::move(study.next.volumes));
     progress.set(0.7);
     if (options.steps >= 0) {
       const Advance advance = session->advance_steps(options.steps);
@@ -302,7 +306,7 @@ void add_follow(const Subcommand& app, Action& action) {
   sub.add_option("--series", options->series, "UID of a series in a DICOM folder; default: the largest series");
   sub.add_option("--to", options->to,
                  "Registration: none, rigid, affine, or a displacement field after an affine transform; default: "
-                 "rigid, with --time-points none")
+                 "rigid, with --time-points displacement")
       .one_of({kNoRegistration, kToRigid, kToAffine, kToField});
   sub.add_option("--start", options->start,
                  "Start of the registration: centres (compares positions and rotations) or none (the images as they "
@@ -315,12 +319,14 @@ void add_follow(const Subcommand& app, Action& action) {
       .one_value_each()
       .not_empty();
   sub.add_option("--error", options->error_mm,
-                 "Expected error of the carried surfaces (standard deviation), mm; default: 2 with a displacement "
-                 "field, else 3, at least a voxel")
-      .within(0.01, kMaxErrorMm);
+                 "Expected error of the carried surfaces (standard deviation), mm; 0: exactly as carried; default: 2 "
+                 "with a displacement field, else 3, at least a voxel; 0 for time points with a displacement field")
+      .within(0.0, kMaxErrorMm);
   sub.add_option("--marks", options->marks, "Marks that are carried over: agreeing (where the images agree), all, none")
       .one_of({kAgreeing, kAll, kNoRegistration})
       .show_default();
+  sub.add_flag("--earlier-layer", options->earlier_layer,
+               "Adds the image of SCENE as a layer of OUT, for a comparison in the window");
   sub.add_option("--steps", options->steps, "Number of steps in the next study; default: until the meshes settle")
       .within(0, 1000000);
   sub.add_option("--table", options->table, "Output: table of volumes, axes, shifts and overlap (.csv)").not_empty();

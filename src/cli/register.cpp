@@ -19,6 +19,8 @@
 namespace simplexseg {
 namespace {
 
+constexpr const char* kInformation = "mutual-information";
+constexpr const char* kSquares = "squared-differences";
 constexpr const char* kRigid = "rigid";
 constexpr const char* kAffine = "affine";
 constexpr const char* kDisplacement = "displacement";
@@ -31,6 +33,7 @@ struct RegisterOptions {
   std::string landmarks, warped, field, report;
   int threads = 0;
   bool equalise = false;
+  std::string field_metric = kInformation;
 
   bool has_field() const { return to == kDisplacement; }
   bool starts_from_file() const { return start != kCentres && start != kNone; }
@@ -81,7 +84,9 @@ void register_files(const RegisterOptions& options, const Console& console) {
   RegistrationSettings settings{.kind = kind_of(options.to),
                                 .start = options.start == kNone ? RegistrationStart::None : RegistrationStart::Centres,
                                 .threads = options.threads,
-                                .equalise = options.equalise};
+                                .equalise = options.equalise,
+                                .field_metric = options.field_metric == kSquares ? FieldMetric::SquaredDifferences
+                                                                                 : FieldMetric::MutualInformation};
   std::optional<Landmarks> landmarks;
   if (!options.landmarks.empty()) {
     landmarks = read_landmarks(options.landmarks);
@@ -149,6 +154,11 @@ void add_register(const Subcommand& app, Action& action) {
           .not_empty()
           .show_default();
   sub.add_flag("--equalise", options->equalise, "Equalise the histograms of both images before, for soft tissue in CT");
+  sub.add_option("--field-metric", options->field_metric,
+                 "What a displacement field makes agree: mutual-information, or squared-differences for images of one "
+                 "scanner and sequence, such as time points")
+      .one_of({kInformation, kSquares})
+      .show_default();
   sub.add_option("--landmarks", options->landmarks,
                  "Start from landmarks: a table (.csv) with x, y, z in FIXED and x, y, z in MOVING in each row, mm LPS")
       .not_empty()

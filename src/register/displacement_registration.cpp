@@ -6,12 +6,14 @@
 #include <itkDisplacementFieldTransform.h>
 #include <itkDisplacementFieldTransformParametersAdaptor.h>
 #include <itkMattesMutualInformationImageToImageMetricv4.h>
+#include <itkMeanSquaresImageToImageMetricv4.h>
 #include <itkResampleImageFilter.h>
 #include <itkShrinkImageFilter.h>
 #include <itkSyNImageRegistrationMethod.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "register/mutual_information.h"
@@ -26,22 +28,67 @@ using Adaptor = itk::DisplacementFieldTransformParametersAdaptor<FieldTransform>
 
 /// Metric in a fixed number of parts, whose histograms are added in a fixed order, so that its bits do not depend on
 /// the number of threads.
-class Metric : public itk::MattesMutualInformationImageToImageMetricv4<FloatImage, FloatImage> {
+class Information : public itk::MattesMutualInformationImageToImageMetricv4<FloatImage, FloatImage> {
  public:
-  using Self = Metric;
+  using Self = Information;
   using Pointer = itk::SmartPointer<Self>;
   itkNewMacro(Self);
 
  protected:
-  Metric() { m_DenseGetValueAndDerivativeThreader->SetNumberOfWorkUnits(16); }
+  Information() { m_DenseGetValueAndDerivativeThreader->SetNumberOfWorkUnits(16); }
 };
 
-constexpr std::size_t kMaxVoxels = 1000000;  // of the grid of the field
+using Metric = itk::ImageToImageMetricv4<FloatImage, FloatImage>;
+
+Metric::Pointer make_metric(FieldMetric kind) {
+  constexpr unsigned bins = 32;  // of the histogram of each image
+  Metric::Pointer metric;
+  if (kind == FieldMetric::MutualInformation) {
+    const auto information = Information::New();
+    information->SetNumberOfHistogramBins(bins);
+    metric = information;
+  } else {
+    metric = itk::MeanSquaresImageToImageMetricv4<FloatImage, FloatImage>::New();
+  }
+  metric->SetUseMovingImageGradientFilter(false);
+  metric->SetUseFixedImageGradientFilter(false);
+  return metric;
+}
+
+/// Grid with voxels of equal sides where the slices of an image are thick: along axes with a spacing above 1.5
+/// `spacing_mm` there are more voxels.
+ImageHead grid_with_equal_sides(const FloatImage& image, double spacing_mm) {
+  constexpr double thick = 1.5;
+  ImageHead grid = head_of(image);
+  for (unsigned a = 0; a < 3; ++a) {
+    if (grid.spacing_mm[a] <= thick * spacing_mm) continue;
+    const double length_mm = grid.spacing_mm[a] * (grid.size[a] - 1);
+    const int intervals = std::max(1, static_cast<int>(std::round(length_mm / spacing_mm)));
+    grid.size[a] = intervals + 1;
+    grid.spacing_mm[a] = length_mm / intervals;
+  }
+  return grid;
+}
+
+double voxel_count(const ImageHead& grid) { return 1.0 * grid.size[0] * grid.size[1] * grid.size[2]; }
+
+/// Image with interpolated voxels on that grid.
+FloatImage::Pointer with_equal_sides(const FloatImage::Pointer& image, double spacing_mm) {
+  const ImageHead grid = grid_with_equal_sides(*image, spacing_mm);
+  if (grid.size == head_of(*image).size) return image;
+  const auto resampling = itk::ResampleImageFilter<FloatImage, FloatImage>::New();
+  resampling->SetInput(image);
+  resampling->SetReferenceImage(make_image(grid));
+  resampling->SetUseReferenceImage(true);
+  resampling->Update();
+  return resampling->GetOutput();
+}
+
+constexpr double kMaxVoxels = 1000000;  // of the grid of the field
 constexpr unsigned kLevels = 3;
 constexpr std::array<int, kLevels> kIterations{60, 40, 5};
 constexpr std::array<unsigned, kLevels> kShrink{4, 2, 1};
 constexpr std::array<double, kLevels> kSigma{2, 1, 0};  // voxels
-constexpr unsigned kBins = 32;                          // of the histogram of each image
 constexpr double kStep = 0.4;                           // largest displacement of an iteration, voxels
 constexpr double kUpdateVariance = 8;                   // of the Gaussian that smooths an update, voxels squared
 
@@ -97,18 +144,16 @@ void append_padded(const Field* field, RegistrationResponse& found) {
 
 }  // namespace
 
-void add_displacements(const FloatImage* fixed, const FloatImage* moving, const Eigen::Affine3d& affine, double done,
-                       ProgressSender& progress, RegistrationResponse& found) {
+void add_displacements(const FloatImage* fixed, const FloatImage* moving, FieldMetric metric,
+                       const Eigen::Affine3d& affine, double done, ProgressSender& progress,
+                       RegistrationResponse& found) {
   FloatImage::Pointer coarse_fixed = coarsen(fixed, 0);
   double spacing = geometry_of(head_of(*fixed)).spacing_mm.minCoeff();
-  while (coarse_fixed->GetLargestPossibleRegion().GetNumberOfPixels() > kMaxVoxels)
+  while (voxel_count(grid_with_equal_sides(*coarse_fixed, spacing)) > kMaxVoxels)
     coarse_fixed = coarsen(coarse_fixed, spacing *= 2);
-  const FloatImage::Pointer coarse_moving = coarsen(moving, spacing);
+  coarse_fixed = with_equal_sides(coarse_fixed, spacing);
+  const FloatImage::Pointer coarse_moving = with_equal_sides(coarsen(moving, spacing), spacing);
   const auto linear = itk_affine(affine);
-  const auto metric = Metric::New();
-  metric->SetNumberOfHistogramBins(kBins);
-  metric->SetUseMovingImageGradientFilter(false);
-  metric->SetUseFixedImageGradientFilter(false);
   const auto registration = Registration::New();
   registration->SetFixedImage(coarse_fixed);
   registration->SetMovingImage(coarse_moving);
@@ -118,7 +163,7 @@ void add_displacements(const FloatImage* fixed, const FloatImage* moving, const 
   start->SetInverseDisplacementField(make_field(coarse_fixed));
   registration->SetInitialTransform(start);
   registration->InPlaceOn();
-  registration->SetMetric(metric);
+  registration->SetMetric(make_metric(metric));
   registration->SetNumberOfLevels(kLevels);
   Registration::ShrinkFactorsArrayType shrink(kLevels);
   Registration::SmoothingSigmasArrayType sigmas(kLevels);

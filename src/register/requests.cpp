@@ -44,7 +44,7 @@ RegistrationResponse serve_registration(const RegistrationOrder& order, Response
   found.metric_after = linear.metric_after;
   found.levels = std::move(linear.levels);
   if (order.kind == RegistrationKind::Displacement)
-    add_displacements(fixed, moving, linear.transform, kLinearShare, progress, found);
+    add_displacements(fixed, moving, order.field_metric, linear.transform, kLinearShare, progress, found);
   return found;
 }
 

@@ -213,6 +213,8 @@ class CarryOver {
   void carry_range(const MeshItem& item, const SimplexMesh& surface, MeshItem& to) {
     if (!item.intensity_range.is_limited()) return;
     if (item.locked) return drop(item, "range of intensities", "a locked segmentation does not use it");
+    if (!(settings_.error_mm > 0))
+      return drop(item, "range of intensities", "a segmentation that is the carried surface does not use it");
     const double before = share_in(item.intensity_range, values_inside(item.mesh, earlier_));
     const double after = share_in(item.intensity_range, values_inside(surface, next_));
     if (after < before / 2) return drop(item, "range of intensities", "the object has other values in the new image");
@@ -224,7 +226,7 @@ class CarryOver {
     const std::optional<Appearance> after = appearance_of(*item.start->mesh, next_);
     std::optional<Comparison> comparison;
     if (before && after && settings_.marks == CarriedMarks::Agreeing && !item.locked)
-      comparison.emplace(Comparison{earlier_, next_, *before, *after, settings_.error_mm});
+      comparison.emplace(Comparison{earlier_, next_, *before, *after, std::max(settings_.error_mm, voxel_mm(next_))});
     bool follows = true;  // whether the mark before was kept, to which the next one can be linked
     std::map<std::string, int> numbers;
     for (const UserPoint& point : from_.points) {
@@ -297,9 +299,8 @@ CarriedScene carry_over(const Scene& scene, const Volume& earlier, const Volume&
     throw Error("cannot carry the segmentations over", "an image is missing", "open the images of both studies");
   if (scene.meshes.empty())
     throw Error("cannot carry the segmentations over", "the scene has none", "segment the earlier study first");
-  if (!(settings.error_mm > 0 && settings.error_mm <= kMaxErrorMm))
-    throw Error("the expected error of carried surfaces", "it is out of range",
-                "use a deviation above 0 and up to 100 mm");
+  if (!(settings.error_mm >= 0 && settings.error_mm <= kMaxErrorMm))
+    throw Error("the expected error of carried surfaces", "it is out of range", "use a deviation of 0 to 100 mm");
   return CarryOver(scene, earlier, next, transform, settings).run();
 }
 

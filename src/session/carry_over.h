@@ -20,7 +20,7 @@ enum class CarriedMarks : std::uint8_t {
 
 struct CarrySettings {
   /// Expected error of the carried surfaces (standard deviation), mm: how far the new object may differ from them
-  /// (MeshStart::error_mm). Above 0.
+  /// (MeshStart::error_mm). 0: they are exactly the carried surfaces with the corrections of their marks.
   double error_mm = 3;
   CarriedMarks marks = CarriedMarks::Agreeing;
 };
@@ -42,10 +42,10 @@ struct CarriedScene {
 /// `next`. Each mesh starts from its mapped surface, which is the prior of its field; a locked mesh stays exactly that
 /// surface. Names, colours, codes, labels, locks, visibility, and parameters stay; references, models, measurements,
 /// layers and recorded profiles belong to the earlier image and are omitted. A range of intensities is dropped if the
-/// values of the images differ. A mark agrees if, within `error_mm` of its place, the new image has a value as typical
-/// of the object as at the mark in the earlier image, or, for a boundary mark, an edge in the same direction. Throws
-/// Error for an empty image, a scene without settled meshes, an error out of range, and if no mesh lies in the new
-/// image.
+/// values of the images differ. A mark agrees if, within `error_mm` or a voxel of its place, the new image has a value
+/// as typical of the object as at the mark in the earlier image, or, for a boundary mark, an edge in the same
+/// direction. Throws Error for an empty image, a scene without settled meshes, an error out of range, and if no mesh
+/// lies in the new image.
 CarriedScene carry_over(const Scene& scene, const Volume& earlier, const Volume& next, const Transform& transform,
                         const CarrySettings& settings);
 

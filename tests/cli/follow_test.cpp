@@ -2,8 +2,8 @@
 // Subcommand follow: scene, tables and curve, files that can be read again, and refused options.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string>
+#include <vector>
 
 #include "cli_fixture.h"
 #include "core/error.h"
@@ -12,36 +12,19 @@
 #include "io/scene/scene_io.h"
 #include "io/transform/transform_io.h"
 #include "io/volume/volume_io.h"
+#include "support/follow_images.h"
 
 namespace simplexseg {
 namespace {
 
-const Eigen::Vector3d kCentre(40, 38, 42), kShift(6, -4, 2);
-constexpr double kRadius = 14;
-
-/// Bright ball over a background with two dimmer ones, moved by `shift`, mm.
-Volume image_of(const Eigen::Vector3d& shift, double radius) {
-  Volume volume(VolumeGeometry{.size = {42, 42, 42}, .spacing_mm = {2, 2, 2}}, VoxelType::Int16);
-  for (int k = 0; k < 42; ++k)
-    for (int j = 0; j < 42; ++j)
-      for (int i = 0; i < 42; ++i) {
-        const Eigen::Vector3d at = Eigen::Vector3d(2 * i, 2 * j, 2 * k) - shift;
-        const auto ball = [&](const Eigen::Vector3d& centre, double r) {
-          return 1 / (1 + std::exp(2 * ((at - centre).norm() - r)));
-        };
-        const double value = 400 * ball(kCentre, radius) + 150 * ball({64, 60, 60}, 9) + 200 * ball({20, 62, 24}, 7);
-        volume.voxels<std::int16_t>()[volume.offset(i, j, k)] =
-            static_cast<std::int16_t>(value + (7 * i + 13 * j + 29 * k) % 17);
-      }
-  return volume;
-}
+const Eigen::Vector3d kShift(6, -4, 2);
 
 class FollowCommand : public Cli {
  protected:
   void SetUp() override {
     Cli::SetUp();
-    write_volume(path("first.nii.gz"), image_of(Eigen::Vector3d::Zero(), kRadius));
-    write_volume(path("next.nii.gz"), image_of(kShift, kRadius * 1.1));
+    write_volume(path("first.nii.gz"), lesion_image(Eigen::Vector3d::Zero(), kLesionRadius));
+    write_volume(path("next.nii.gz"), lesion_image(kShift, kLesionRadius * 1.1));
     write_transform(path("shift.tfm"), Transform(Eigen::Affine3d(Eigen::Translation3d(kShift))));
     make_first("first.nii.gz");
   }
@@ -96,33 +79,23 @@ TEST_F(FollowCommand, RegistersTheStudies) {
   succeed({"follow", path("first.json"), path("next.nii.gz"), path("next.json"), "--save-transform", path("out.tfm"),
            "--report", path("report.json")});
   const Transform found = read_transform(path("out.tfm"));
-  EXPECT_LT((found(kCentre) - kCentre - kShift).norm(), 1);
+  EXPECT_LT((found(kLesionCentre) - kLesionCentre - kShift).norm(), 1);
   EXPECT_LT(json_of("report.json")["objects"][0]["shift_mm"].get<double>(), 1.2);
   EXPECT_LT(json_of("report.json")["registration"]["metric_after"],
             json_of("report.json")["registration"]["metric_before"]);
 }
 
 TEST_F(FollowCommand, FollowsTimePointsInBothDirections) {
-  // Volumes of a 4D file in NIfTI: 1, 1.05, 1.1 times the radius, 40 ms apart.
-  Volume first = image_of(Eigen::Vector3d::Zero(), kRadius);
-  write_volume(path("series.nii"), first);
-  std::string file = text_of("series.nii");
-  const std::string header = file.substr(0, file.size() - first.bytes());
-  std::string voxels;
-  for (const double factor : {1.0, 1.05, 1.1}) {
-    const Volume volume = image_of(Eigen::Vector3d::Zero(), factor * kRadius);
-    voxels.append(static_cast<const char*>(volume.data()), volume.bytes());
-  }
-  std::string changed = header;
-  const auto put = [&](std::size_t at, auto value) { std::memcpy(changed.data() + at, &value, sizeof value); };
-  put(40, std::int16_t{4}), put(48, std::int16_t{3}), put(92, 40.0f), changed[123] = 2 + 16;
-  write("series.nii", changed + voxels);
+  std::vector<Volume> volumes;
+  for (const double factor : {1.0, 1.05, 1.1})
+    volumes.push_back(lesion_image(Eigen::Vector3d::Zero(), factor * kLesionRadius));
+  write_series(path("series.nii"), volumes, 40);
   nlohmann::json scene = json_of("first.json");
   scene["volume"] = path("series.nii"), scene["volume_number"] = 2;
   scene.erase("volume_checksum");
   write_scene("second.json", scene);
-  succeed({"follow", path("second.json"), path("series.nii"), path("points"), "--time-points", "--curve",
-           path("curve.csv"), "--plot", path("curve.png"), "--report", path("report.json")});
+  succeed({"follow", path("second.json"), path("series.nii"), path("points"), "--time-points", "--to", "none",
+           "--curve", path("curve.csv"), "--plot", path("curve.png"), "--report", path("report.json")});
   const nlohmann::json points = json_of("report.json")["time_points"];
   ASSERT_EQ(points.size(), 3u);
   for (int p = 0; p < 3; ++p) {
@@ -135,6 +108,33 @@ TEST_F(FollowCommand, FollowsTimePointsInBothDirections) {
   EXPECT_NEAR(volume_ml(2) / volume_ml(0), std::pow(1.1, 3), 0.1);
   EXPECT_TRUE(exists("curve.png"));
   EXPECT_EQ(text_of("curve.csv").substr(0, 17), "time_point,time_s");
+}
+
+TEST_F(FollowCommand, FollowsTimePointsByADisplacementField) {
+  try {
+    path_of_program(kRegisterProgram);
+  } catch (const Error&) {
+    GTEST_SKIP() << "built without ITK";
+  }
+  // The surface of each volume is that of the first one, mapped by a field between these two volumes.
+  write_series(path("series.nii"),
+               {lesion_image(Eigen::Vector3d::Zero(), kLesionRadius), lesion_image({2, 0, 0}, kLesionRadius),
+                lesion_image({2, 0, 0}, 0.85 * kLesionRadius)},
+               40);
+  nlohmann::json scene = json_of("first.json");
+  scene["volume"] = path("series.nii"), scene["volume_number"] = 1;
+  scene.erase("volume_checksum");
+  write_scene("one.json", scene);
+  succeed({"follow", path("one.json"), path("series.nii"), path("points"), "--time-points", "--report",
+           path("report.json")});
+  const nlohmann::json points = json_of("report.json")["time_points"];
+  const auto volume_ml = [&](int p) { return points[p]["objects"][0]["volume_ml"].get<double>(); };
+  EXPECT_NEAR(volume_ml(1) / volume_ml(0), 1, 0.03);
+  EXPECT_NEAR(volume_ml(2) / volume_ml(0), std::pow(0.85, 3), 0.05);
+  EXPECT_NEAR(
+      points[2]["objects"][0]["centroid_mm"][0].get<double>() - points[0]["objects"][0]["centroid_mm"][0].get<double>(),
+      2, 0.5);
+  EXPECT_EQ(read_scene(points[2]["scene"].get<std::string>()).scene.meshes[0].start->error_mm, 0);
 }
 
 TEST(TimesOfVolumes, FollowFromTheirNamesInMilliseconds) {

@@ -14,7 +14,7 @@ Q_NAMESPACE
 
 // clang-format off
 enum class Act {
-  Open, OpenFolder, Archive, SendBack, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, SaveMeasurements, Screenshot, Quit,
+  Open, OpenFolder, Archive, SendBack, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, SaveMeasurements, FollowStudy, FollowTimePoints, Screenshot, Quit,
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBox, ToolBrush, ToolEraser, ToolFreeze, Brush3d, Lasso, SmartBrush, LocalMarks, ToolRuler, ToolAngle, ToolEllipse, ToolRange,
   RunPause, Step, CancelSolving, ResetPose, Compare,

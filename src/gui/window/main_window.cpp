@@ -36,6 +36,7 @@
 #include "gui/window/compare/compare_window.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/filter_actions.h"
+#include "gui/window/follow_actions.h"
 #include "gui/window/image_menu.h"
 #include "gui/window/key_dialog.h"
 #include "gui/window/label_actions.h"
@@ -114,6 +115,8 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   new LabelActions(*workbench_, *job_, *files_, *actions_, *this);
   layers_ = new LayerActions(*workbench_, *job_, *files_, *actions_, *this);
   filters_ = new FilterActions(*workbench_, *job_, *actions_, *this);
+  follow_ = new FollowActions(
+      *workbench_, *job_, *files_, *actions_, [this] { return std::make_unique<Session>(make_engine_()); }, *this);
   build_views();
   archive_ = new ArchiveActions(
       *workbench_, *job_, *files_, *actions_, [this] { return picture_of_views(); }, *this);
@@ -191,6 +194,7 @@ void MainWindow::build_menus() {
   };
   QMenu* file = fill(tr("&File"), {{Act::Open, Act::OpenFolder, Act::OpenReference},
                                    {Act::Archive, Act::SendBack},
+                                   {Act::FollowStudy, Act::FollowTimePoints},
                                    {Act::SaveScene, Act::SaveSceneAs},
                                    {Act::SaveLabels, Act::SaveMeshes, Act::SaveMeasurements, Act::Screenshot},
                                    {Act::Quit}});

@@ -17,6 +17,7 @@ class DrawnScene;
 class Engine;
 class FileActions;
 class FilterActions;
+class FollowActions;
 class FrameLoop;
 class LayerActions;
 class MessageBar;
@@ -41,6 +42,7 @@ class MainWindow : public QMainWindow {
   FileActions& files() { return *files_; }
   LayerActions& layers() { return *layers_; }
   FilterActions& filters() { return *filters_; }
+  FollowActions& follow() { return *follow_; }
   ArchiveActions& archive() { return *archive_; }
   BackgroundJob& job() { return *job_; }
   MessageBar& messages() { return *messages_; }
@@ -90,6 +92,7 @@ class MainWindow : public QMainWindow {
   FileActions* files_ = nullptr;
   LayerActions* layers_ = nullptr;
   FilterActions* filters_ = nullptr;
+  FollowActions* follow_ = nullptr;
   ArchiveActions* archive_ = nullptr;
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;

@@ -11,6 +11,7 @@
 #include "gui/look/theme.h"
 #include "gui/panels/check_panel.h"
 #include "gui/panels/convergence_panel.h"
+#include "gui/panels/follow_panel.h"
 #include "gui/panels/force_panel.h"
 #include "gui/panels/intensity_panel.h"
 #include "gui/panels/layer_panel.h"
@@ -45,6 +46,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
       intensity_(new IntensityPanel(workbench, actions, tabs_)),
       check_(new CheckPanel(workbench, actions, tabs_)),
       layers_(new LayerPanel(workbench, actions, tabs_)),
+      follow_(new FollowPanel(workbench, tabs_)),
       plan_(new PlanPanel(workbench, tabs_)),
       convergence_(new ConvergencePanel(workbench, tabs_)),
       actions_(actions) {
@@ -61,10 +63,11 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   intensity_->setObjectName(tr("Intensity"));
   check_->setObjectName(tr("Check"));
   layers_->setObjectName(tr("Layers"));
+  follow_->setObjectName(tr("Follow-up"));
   plan_->setObjectName(tr("Plan"));
   convergence_->setObjectName(tr("Convergence"));
-  for (QWidget* panel :
-       {static_cast<QWidget*>(check_), static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)})
+  for (QWidget* panel : {static_cast<QWidget*>(check_), static_cast<QWidget*>(follow_), static_cast<QWidget*>(plan_),
+                         static_cast<QWidget*>(convergence_)})
     panel->installEventFilter(this);
   addWidget(meshes);
   addWidget(tabs_);
@@ -74,20 +77,24 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setStretchFactor(2, 3);
   actions.on_toggle(Act::Researcher, [this](bool researcher) { set_researcher(researcher); });
   set_researcher(false);
-  connect(&workbench, &Workbench::scene_changed, this, [this, &workbench] {
-    const Scene& scene = workbench.scene();
-    const bool filtered = !scene.volume_preprocessing.filters.empty();
-    const int count = static_cast<int>(scene.layers.size()) + (filtered ? 1 : 0);
-    const int before = std::exchange(layer_count_, count);
-    if ((before == 0) != (count == 0)) arrange();
-    if (count > before) show_panel(layers_->objectName());
-  });
+  connect(&workbench, &Workbench::scene_changed, this, [this, &workbench] { follow_scene(workbench.scene()); });
+}
+
+void SidePanels::follow_scene(const Scene& scene) {
+  const bool filtered = !scene.volume_preprocessing.filters.empty();
+  const int count = static_cast<int>(scene.layers.size()) + (filtered ? 1 : 0);
+  const int before = std::exchange(layer_count_, count);
+  const bool carried = has_follow_up(scene), carried_before = std::exchange(has_follow_up_, carried);
+  if ((before == 0) != (count == 0) || carried != carried_before) arrange();
+  if (count > before) show_panel(layers_->objectName());
+  if (carried && !carried_before) show_panel(follow_->objectName());
 }
 
 bool SidePanels::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::Show || event->type() == QEvent::Hide) {
     const bool on_screen = event->type() == QEvent::Show;
     if (watched == check_) check_->set_on_screen(on_screen);
+    if (watched == follow_) follow_->set_on_screen(on_screen);
     if (watched == plan_) plan_->set_on_screen(on_screen);
     if (watched == convergence_) convergence_->set_on_screen(on_screen);
   }
@@ -106,9 +113,15 @@ void SidePanels::arrange() {
     QTabWidget* tabs;  ///< null: not in this layout
   };
   QTabWidget *const research = researcher_ ? tabs_ : nullptr, *const last = separate_row ? row_ : research;
-  const Place places[] = {{forces_, research}, {simulation_, research}, {points_, tabs_},
-                          {intensity_, tabs_}, {check_, tabs_},         {layers_, layer_count_ > 0 ? tabs_ : nullptr},
-                          {plan_, last},       {convergence_, last}};
+  const Place places[] = {{forces_, research},
+                          {simulation_, research},
+                          {points_, tabs_},
+                          {intensity_, tabs_},
+                          {check_, tabs_},
+                          {layers_, layer_count_ > 0 ? tabs_ : nullptr},
+                          {follow_, has_follow_up_ ? tabs_ : nullptr},
+                          {plan_, last},
+                          {convergence_, last}};
   int next = 0;  // place among the tabs of tabs_
   for (const auto& [panel, target] : places) {
     for (QTabWidget* tabs : {tabs_, row_})

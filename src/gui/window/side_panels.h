@@ -11,12 +11,14 @@ class CheckPanel;
 class IntensityPanel;
 class LayerPanel;
 class ConvergencePanel;
+class FollowPanel;
 class ForcePanel;
 class FrameLoop;
 class PlanPanel;
 class PointPanel;
 class SimulationPanel;
 class Workbench;
+struct Scene;
 
 /// Column of panels beside the views: the panel Segmentations, and tabs with the other panels below. The clinician's
 /// layout, the default, has Points and Check; the researcher's layout adds Forces, Simulation, Plan and Convergence,
@@ -44,6 +46,8 @@ class SidePanels : public QSplitter {
   /// Adapts the rows to layout and height. In a tall window Plan and Convergence have a separate row, so that they stay
   /// visible while a slider is moved.
   void arrange();
+  /// Adapts the tabs of layers and follow-up to the scene.
+  void follow_scene(const Scene& scene);
 
   QTabWidget* tabs_;
   QTabWidget* row_;  ///< row of Plan and Convergence
@@ -52,12 +56,14 @@ class SidePanels : public QSplitter {
   PointPanel* points_;
   IntensityPanel* intensity_;
   CheckPanel* check_;
-  LayerPanel* layers_;  ///< a tab while the scene has layers
+  LayerPanel* layers_;   ///< a tab while the scene has layers
+  FollowPanel* follow_;  ///< a tab while the scene has meshes of an earlier study
   PlanPanel* plan_;
   ConvergencePanel* convergence_;
   ActionTable& actions_;
   bool researcher_ = false;
   int layer_count_ = 0;
+  bool has_follow_up_ = false;
   int rows_ = 0;  ///< number of rows for which the height was last distributed
 };
 

@@ -41,6 +41,7 @@ RegistrationResult register_images(const Volume& fixed, const Volume& moving, co
                           .moving = head_of(moving),
                           .kind = settings.kind,
                           .start = settings.start,
+                          .field_metric = settings.field_metric,
                           .threads = settings.threads};
   if (settings.initial) {
     order.has_initial = true;

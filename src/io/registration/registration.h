@@ -15,6 +15,13 @@ namespace simplexseg {
 /// Transforms that a registration finds, each from the result of those before.
 enum class RegistrationKind : std::uint8_t { Rigid, Affine, Displacement };
 
+/// Measure of the agreement that a displacement field improves. Rigid and affine transforms are always found by mutual
+/// information.
+enum class FieldMetric : std::uint8_t {
+  MutualInformation,  ///< images of any modality
+  SquaredDifferences  ///< images of one scanner and sequence, with equal values for equal tissue, such as time points
+};
+
 /// Start of a registration without a given transform.
 enum class RegistrationStart : std::uint8_t {
   Centres,  ///< centres and identity, with rotations up to 20 degrees about each axis, compared at a low resolution
@@ -30,6 +37,7 @@ struct RegistrationSettings {
   /// Whether the histograms of both images are equalised before (equalised()): mutual information then distinguishes
   /// soft tissues in images with a large range of values, such as CT.
   bool equalise = false;
+  FieldMetric field_metric = FieldMetric::MutualInformation;
 };
 
 /// State of a registration, for a progress display.

@@ -26,6 +26,7 @@ struct RegistrationOrder {
   ImageHead fixed, moving;
   RegistrationKind kind{};
   RegistrationStart start{};
+  FieldMetric field_metric{};
   bool has_initial = false;
   Eigen::Matrix4d initial = Eigen::Matrix4d::Identity();
   int threads = 0;
@@ -69,8 +70,8 @@ auto fields_of(T& head) {
 }
 template <PackedAs<RegistrationOrder> T>
 auto fields_of(T& order) {
-  auto& [fixed, moving, kind, start, has_initial, initial, threads] = order;
-  return std::tie(fixed, moving, kind, start, has_initial, initial, threads);
+  auto& [fixed, moving, kind, start, field_metric, has_initial, initial, threads] = order;
+  return std::tie(fixed, moving, kind, start, field_metric, has_initial, initial, threads);
 }
 template <PackedAs<RegistrationLevel> T>
 auto fields_of(T& level) {

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/number_text.h"
+#include "image/contrast_range.h"
 #include "io/mesh/mesh_io.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
@@ -37,15 +38,45 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   return !a.empty() && fs::equivalent(a, b, failure) && !failure;
 }
 
+/// Layer with the image of the earlier study. `transform`: from its points to those of the next one.
+LayerItem layer_of(const LoadedInput& earlier, const Transform& transform) {
+  const Scene& scene = earlier.scene;
+  LayerItem layer;
+  const fs::path path(scene.volume_path);
+  const std::string file = (path.has_filename() ? path : path.parent_path()).filename().string();
+  layer.name = "Earlier: " + (earlier.series.empty() ? file.substr(0, file.find('.', 1)) : earlier.series);
+  layer.path = scene.volume_path;
+  layer.number = scene.volume_number;
+  layer.series = scene.volume_series;
+  layer.checksum = scene.volume_checksum;
+  layer.unit = unit_after(scene.volume_preprocessing.filters, earlier.intensity_unit);
+  for (const FilterStep& step : scene.volume_preprocessing.filters)
+    if (step.kind == FilterKind::Uptake) layer.scale *= step.parameters.front();
+  const Volume::Range range = contrast_range(earlier.volume);
+  layer.window = range.max - range.min;
+  layer.level = (range.max + range.min) / 2;
+  Eigen::Affine3d to_next = Eigen::Affine3d::Identity();
+  for (const Transform::Step& step : transform.steps())
+    if (const auto* const affine = std::get_if<Eigen::Affine3d>(&step)) to_next = *affine * to_next;
+  layer.transform.affine = to_next.inverse();
+  return layer;
+}
+
+/// Largest id of the items of a scene.
+ItemId largest_id(const Scene& scene) {
+  ItemId id = 0;
+  for (const MeshItem& item : scene.meshes) id = std::max(id, item.id);
+  for (const UserPoint& point : scene.points) id = std::max(id, point.id);
+  return id;
+}
+
 /// Follows one scene over the volumes of an image in one direction.
 class TimePointFollower {
  public:
-  TimePointFollower(const fs::path& path, const std::string& series, const FollowSettings& settings,
-                    const fs::path& folder, std::string name, const MakeSession& make_session,
-                    const std::function<void(double)>& on_progress, int count)
+  TimePointFollower(const fs::path& path, const std::string& series, const fs::path& folder, std::string name,
+                    const MakeSession& make_session, const std::function<void(double)>& on_progress, int count)
       : path_(path),
         series_(series),
-        settings_(settings),
         folder_(folder),
         name_(std::move(name)),
         make_session_(make_session),
@@ -63,8 +94,8 @@ class TimePointFollower {
 
   /// Carries a scene to the volume `number`, and settles it there.
   Scene follow(const Scene& scene, const Volume& earlier, const Volume& next, int number,
-               std::vector<std::string>& warnings) {
-    FollowedStudy followed = follow_study(scene, earlier, next, settings_, [this](double share) { report(share / 2); });
+               const FollowSettings& settings, std::vector<std::string>& warnings) {
+    FollowedStudy followed = follow_study(scene, earlier, next, settings, [this](double share) { report(share / 2); });
     const std::string point = "time point " + std::to_string(number) + ": ";
     for (const DroppedItem& dropped : followed.carried.dropped)
       warnings.push_back(point + dropped.mesh + ", " + dropped.what + " dropped: " + dropped.why);
@@ -86,7 +117,6 @@ class TimePointFollower {
 
   const fs::path& path_;
   const std::string& series_;
-  const FollowSettings& settings_;
   const fs::path& folder_;
   const std::string name_;
   const MakeSession& make_session_;
@@ -110,7 +140,9 @@ FollowedStudy follow_study(const Scene& scene, const Volume& earlier, const Volu
     const RegistrationSettings registration{.kind = *settings.kind,
                                             .start = settings.start,
                                             .threads = settings.threads,
-                                            .equalise = *settings.kind == RegistrationKind::Displacement};
+                                            .equalise = *settings.kind == RegistrationKind::Displacement &&
+                                                        settings.field_metric == FieldMetric::MutualInformation,
+                                            .field_metric = settings.field_metric};
     followed.registration = register_images(earlier, next, registration, [&](const RegistrationProgress& state) {
       if (on_progress) on_progress(state.done);
     });
@@ -120,6 +152,27 @@ FollowedStudy follow_study(const Scene& scene, const Volume& earlier, const Volu
   followed.error_mm = settings.error_mm.value_or(default_error_mm(settings, earlier, next));
   followed.carried = carry_over(scene, earlier, next, followed.transform, {followed.error_mm, settings.marks});
   return followed;
+}
+
+NextStudy follow_image(const LoadedInput& input, const FollowedImage& image, const FollowSettings& settings,
+                       bool earlier_layer, const std::function<void(double)>& on_progress) {
+  if (extension_of(image.path) == ".json")
+    throw Error("cannot carry over to " + quoted(image.path), "it is a scene", "choose the image of the next study");
+  NextStudy study;
+  study.next = load_input(image.path, image.number, image.series);
+  study.followed = follow_study(input.scene, input.volume, study.next.volume, settings, on_progress);
+  Scene& scene = study.followed.carried.scene;
+  const Scene& opened = study.next.scene;
+  scene.volume_path = opened.volume_path;
+  scene.volume_number = opened.volume_number;
+  scene.volume_series = opened.volume_series;
+  scene.volume_checksum = opened.volume_checksum;
+  scene.volume_preprocessing = opened.volume_preprocessing;
+  if (earlier_layer && !input.scene.volume_path.empty()) {
+    scene.layers.push_back(layer_of(input, study.followed.transform));
+    scene.layers.back().id = largest_id(scene) + 1;
+  }
+  return study;
 }
 
 void write_starts(const fs::path& scene_path, Scene& scene) {
@@ -164,14 +217,21 @@ FollowedTimePoints follow_time_points(const LoadedInput& input, const fs::path& 
     return at < info.times_s.size() ? std::optional(info.times_s[at]) : std::nullopt;
   };
   FollowedTimePoints result;
-  TimePointFollower follower(path, series, settings, folder, name, make_session, on_progress, info.frames);
+  // Volumes of one series have equal values for equal tissue, and about the same positions.
+  FollowSettings between = settings;
+  between.transform = {};
+  // A field between such images is more accurate than a surface that settles again (docs/results/follow-up.md).
+  if (!between.error_mm && between.kind == RegistrationKind::Displacement) between.error_mm = 0;
+  between.start = RegistrationStart::None;
+  between.field_metric = FieldMetric::SquaredDifferences;
+  TimePointFollower follower(path, series, folder, name, make_session, on_progress, info.frames);
   const int first = same ? input.scene.volume_number : 1;
   Scene first_scene = input.scene;
   Volume first_volume = input.volume;
   if (!same) {
     LoadedVolume loaded = load_volume(path, 1, series);
     first_volume = std::move(loaded.volume);
-    first_scene = follower.follow(input.scene, input.volume, first_volume, first, result.warnings);
+    first_scene = follower.follow(input.scene, input.volume, first_volume, first, settings, result.warnings);
   }
   result.points.push_back(follower.record(first, time_of(first), first_scene, first_volume));
   for (const int direction : {1, -1}) {
@@ -179,9 +239,11 @@ FollowedTimePoints follow_time_points(const LoadedInput& input, const fs::path& 
     Volume volume = first_volume;
     for (int number = first + direction; number >= 1 && number <= info.frames; number += direction) {
       Volume next = load_volume(path, number, series).volume;
-      scene = follower.follow(scene, volume, next, number, result.warnings);
+      // A registration of each volume to the first one does not add up errors; without one, neighbours agree best.
+      scene = settings.kind ? follower.follow(first_scene, first_volume, next, number, between, result.warnings)
+                            : follower.follow(scene, volume, next, number, between, result.warnings);
+      result.points.push_back(follower.record(number, time_of(number), scene, next));
       volume = std::move(next);
-      result.points.push_back(follower.record(number, time_of(number), scene, volume));
     }
   }
   std::ranges::sort(result.points, {}, &TimePoint::number);

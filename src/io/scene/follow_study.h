@@ -22,9 +22,11 @@ struct FollowSettings {
   /// Transform that is found by a registration of the next study to the earlier one; none: `transform`.
   std::optional<RegistrationKind> kind{};
   RegistrationStart start = RegistrationStart::Centres;
+  FieldMetric field_metric = FieldMetric::MutualInformation;
   Transform transform;  ///< from points of the earlier study to points of the next one, without a registration
   int threads = 0;
-  std::optional<double> error_mm{};  ///< CarrySettings::error_mm; none: default_error_mm()
+  /// CarrySettings::error_mm; none: default_error_mm(), or 0 for time points with a displacement field.
+  std::optional<double> error_mm{};
   CarriedMarks marks = CarriedMarks::Agreeing;
 };
 
@@ -54,6 +56,18 @@ struct FollowedImage {
 };
 /// Sets the image of a scene and its checksum.
 void set_image(Scene& scene, const FollowedImage& image, const Volume& volume);
+
+/// Next study with the scene that was carried over to it.
+struct NextStudy {
+  LoadedInput next;        ///< the image, and an empty scene that refers to it
+  FollowedStudy followed;  ///< its scene refers to the image
+};
+/// Loads the next study as a user opens it (load_input()) and carries the scene of `input` over to it (follow_study()).
+/// `earlier_layer`: the image of `input` becomes a layer of the new scene, which keeps its sizes: where a displacement
+/// field was found, the affine part of the transform alone places it. Throws the errors of both functions, and Error if
+/// `image` is a scene.
+NextStudy follow_image(const LoadedInput& input, const FollowedImage& image, const FollowSettings& settings,
+                       bool earlier_layer, const std::function<void(double)>& on_progress = {});
 
 inline constexpr int kMostFollowSteps = 6000;  ///< largest number of steps of settle()
 /// Runs a session until all meshes have settled, at most kMostFollowSteps steps; `check` is called between runs of
