@@ -103,8 +103,10 @@ class TimePointFollower {
     set_image(followed.carried.scene, {path_.string(), number, series_}, next);
     const std::unique_ptr<Session> session = make_session_();
     session->open(std::move(followed.carried.scene), next);
-    const std::string warning = settle(*session, [this] { report(0.5); });
-    if (!warning.empty()) warnings.push_back(point + warning);
+    if (followed.error_mm > 0) {  // otherwise the carried surfaces are the result, without settling on voxels
+      const std::string warning = settle(*session, [this] { report(0.5); });
+      if (!warning.empty()) warnings.push_back(point + warning);
+    }
     return session->scene();
   }
 
