@@ -161,7 +161,7 @@ TEST_F(CarryOverTest, RefusesWhatCannotBeCarried) {
   EXPECT_THROW(carry_over(scene_, earlier_, next_, away, {}), Error);
   EXPECT_THROW(carry_over(scene_, earlier_, Volume(), Transform(), {}), Error);
   EXPECT_THROW(carry_over(Scene(), earlier_, next_, Transform(), {}), Error);
-  EXPECT_THROW(carry({.error_mm = 0}), Error);
+  EXPECT_THROW(carry({.error_mm = -1}), Error);
   EXPECT_THROW(carry({.error_mm = std::nan("")}), Error);
 }
 
