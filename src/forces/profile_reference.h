@@ -8,9 +8,16 @@
 
 namespace simplexseg {
 
+/// Samples of a reference profile: 2 * half + 1, at distances of `step_mm`.
+struct ProfileSamples {
+  int half = 0;
+  double step_mm = 0;
+};
+/// Samples for the half_length and spacing of the intensity profile force. The volume must not be empty.
+ProfileSamples profile_samples_of(const ForceParameters& forces, const Volume& volume);
+
 /// Reference profiles of the intensity profile force: intensities along the normal of each vertex of the current pose,
-/// from inside to outside, 2 * half_length + 1 values per vertex. `forces` contains half_length and the spacing of the
-/// samples. The volume must not be empty.
+/// from inside to outside, with the samples of profile_samples_of(). The volume must not be empty.
 std::vector<float> profile_reference_of(const SimplexMesh& mesh, const Volume& volume, const ForceParameters& forces);
 
 }  // namespace simplexseg

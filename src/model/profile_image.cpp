@@ -43,7 +43,7 @@ ProfileImage::ProfileImage(const Volume& volume, const Eigen::Vector3d& centre_m
   const VoxelBox box = cells_around(box_within(volume_, centre_mm, radius_mm), cell, volume_.size);
   BoxImage image = extract_intensities(volume, cell, box, run);
   grid_ = image.grid;
-  float low = 0, unit = kHounsfieldUnit;
+  unit_ = kHounsfieldUnit;
   if (model.scale == IntensityScale::Percentiles) {
     const VoxelBox near = cells_around(box_within(volume_, centre_mm, model.surroundings_mm), cell, volume_.size);
     std::vector<float> sample;
@@ -59,11 +59,11 @@ ProfileImage::ProfileImage(const Volume& volume, const Eigen::Vector3d& centre_m
           if (image.finite[v]) sample.push_back(image.value[v]);
         }
     float high = 1;
-    if (!sample.empty()) low = quantile(sample, 0.02), high = quantile(sample, 0.98);
-    unit = high > low ? high - low : 1;
+    if (!sample.empty()) low_ = quantile(sample, 0.02), high = quantile(sample, 0.98);
+    unit_ = high > low_ ? high - low_ : 1;
   }
   values_ = std::move(image.value);
-  for (std::size_t v = 0; v < values_.size(); ++v) values_[v] = image.finite[v] ? (values_[v] - low) / unit : 0;
+  for (std::size_t v = 0; v < values_.size(); ++v) values_[v] = image.finite[v] ? (values_[v] - low_) / unit_ : 0;
   const std::array spacing{cells.spacing_mm[0], cells.spacing_mm[1], cells.spacing_mm[2]};
   smooth_by_least_spacing(values_, grid_, spacing, kSmoothingCells, run);
   index_from_world_ = Eigen::Translation3d(-box.first[0], -box.first[1], -box.first[2]) * cells.index_from_world();

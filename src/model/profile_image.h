@@ -22,6 +22,8 @@ class ProfileImage {
 
   /// Trilinear interpolation at a place (mm), clamped to the box.
   float sample(const Eigen::Vector3d& mm) const;
+  /// Intensity of the volume for a value of sample().
+  float intensity_of(float value) const { return low_ + unit_ * value; }
   /// Whether a place lies in the volume.
   bool is_in_volume(const Eigen::Vector3d& mm) const { return volume_.contains(mm); }
   /// Smallest edge of a cell, mm.
@@ -33,6 +35,7 @@ class ProfileImage {
   std::vector<float> values_;
   Eigen::Affine3d index_from_world_;
   double cell_mm_;
+  float low_ = 0, unit_ = 1;  // intensities of the values 0 and 1: low, low + unit
 };
 
 }  // namespace simplexseg

@@ -125,6 +125,17 @@ void bind_model(py::module_& module) {
       .def_property_readonly(
           "mean", [](const TrainedModel& m) { return Surface(m.organ().shape.mean); },
           "Mean shape as a Mesh, centred at (0, 0, 0), in the mean size and orientation.")
+      .def_property_readonly(
+          "registered",
+          [](const TrainedModel& m) {
+            py::list all;
+            for (const TrainedCase& one : m.organ().cases) all.append(array_of(one.points.transpose()));
+            return all;
+          },
+          "Vertices of the template registered to each training case, as a list of V x 3 arrays, mm, LPS, float64: "
+          "equal\n"
+          "rows are at corresponding places, in the order of the vertices of `mean`. V is 0 for a model of an earlier\n"
+          "version. A mirrored case is in the frame of the mirrored image.")
       .def("shape", &shape, py::arg("coefficients"),
            "Returns the mean shape deformed by the first modes, as a Mesh with the connectivity of `mean`. "
            "coefficients:\n"

@@ -29,7 +29,7 @@ const char* title(const MovePoint&) { return "move point"; }
 const char* title(const DeletePoint&) { return "delete point"; }
 const char* title(const SetStartModes&) { return "change start shape"; }
 const char* title(const ResetPose&) { return "reset segmentation"; }
-const char* title(const RecordProfiles&) { return "record profiles"; }
+const char* title(const RecordProfiles& c) { return c.from_model ? "use profiles of model" : "record profiles"; }
 const char* title(const RefineMesh&) { return "refine segmentation"; }
 const char* title(const DuplicateMesh&) { return "duplicate segmentation"; }
 const char* title(const ReorderMesh&) { return "reorder segmentations"; }

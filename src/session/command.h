@@ -144,6 +144,9 @@ struct ResetPose {
 /// mesh.
 struct RecordProfiles {
   ItemId mesh;
+  /// Records the mean profiles of the model instead (MeshItem::model_profiles). Refused for a mesh that does not have
+  /// the vertices of its model, refined or not.
+  bool from_model = false;
 };
 /// Refines a mesh, which then has four times as many vertices. mesh = 0: every mesh that is not locked.
 struct RefineMesh {

@@ -8,7 +8,9 @@
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
 #include "mesh/shape_reference.h"
+#include "model/mean_profiles.h"
 #include "model/start_shape.h"
+#include "session/scene_checks.h"
 
 namespace simplexseg {
 namespace {
@@ -52,6 +54,7 @@ void restart(MeshItem& item, const SimulationParameters& simulation, const Volum
   item.rebuilt = item.start.has_value() || has_shape, item.fit = {};
   item.solver = {}, item.sleep = {};
   item.region = region_of(item, volume);
+  if (item.model_profiles && !volume.empty()) use_model_profiles(item, volume);
 }
 
 void complete(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
@@ -87,6 +90,26 @@ void refine_item(MeshItem& item) {
 void record_profiles(MeshItem& item, const Volume& volume) {
   if (volume.empty()) throw Error("intensity profiles", "no image is open", "open one first");
   item.profiles = profile_reference_of(item.mesh, volume, item.parameters);
+  item.model_profiles = false;
+  item.sleep = {};
+}
+
+void use_model_profiles(MeshItem& item, const Volume& volume) {
+  if (volume.empty()) throw Error("intensity profiles", "no image is open", "open one first");
+  check_model_profiles(item);
+  const OrganModel& organ = *item.model->organ;
+  const std::optional<std::vector<int>> vertices = template_vertices(organ.shape.mean, item.mesh);
+  if (!vertices)
+    throw Error("the profiles of '" + item.name + "'", "its surface no longer has the vertices of its model",
+                "reset it to the shape of the model first");
+  const auto [half, step_mm] = profile_samples_of(item.parameters, volume);
+  const std::vector<float> mean = mean_profiles(organ, volume, item.seed.centre_mm, half, step_mm, run_serially());
+  const int length = 2 * half + 1;
+  item.profiles.clear();
+  item.profiles.reserve(vertices->size() * length);
+  for (const int v : *vertices)
+    item.profiles.insert(item.profiles.end(), mean.begin() + v * length, mean.begin() + (v + 1) * length);
+  item.model_profiles = true;
   item.sleep = {};
 }
 

@@ -14,7 +14,7 @@ void update_region(MeshItem& item, const Volume& volume);
 double voxel_mm(const Volume& volume);
 
 /// Resets a mesh to the sphere of its seed at its first level, or to the mesh of MeshItem::start. Discards its profiles
-/// and solver state, and estimates its region model again.
+/// and solver state, and estimates its region model again. With MeshItem::model_profiles it gets those of its model.
 void restart(MeshItem& item, const SimulationParameters& simulation, const Volume& volume);
 /// Prepares a mesh for the engine. Restarts a mesh without vertices. Otherwise adds missing state (previous positions,
 /// mean edge length, shape reference, region model) and discards a field whose box exceeds the volume.
@@ -24,6 +24,10 @@ void complete(MeshItem& item, const SimulationParameters& simulation, const Volu
 void refine_item(MeshItem& item);
 /// Records the intensity profiles at the current pose as the reference profiles. Throws Error without a volume.
 void record_profiles(MeshItem& item, const Volume& volume);
+/// Sets the reference profiles to the mean profiles of the model in the intensities of the volume, now and at each
+/// restart. Throws Error without a volume, for a mesh that does not have the vertices of its model, refined or not, and
+/// for parameters of the force with longer profiles.
+void use_model_profiles(MeshItem& item, const Volume& volume);
 
 /// Whether the evidence force of a mesh has a weight above 0 and uses a field; false without a volume.
 bool uses_field(const MeshItem& item, const Volume& volume);

@@ -117,6 +117,7 @@ struct MeshItem {
   std::shared_ptr<const MeshModel> model;  ///< null: none
   /// The mesh starts from the shape of its model deformed by the first modes, deviations; empty: from the sphere.
   std::vector<float> start_modes;
+  bool model_profiles = false;             ///< whether `profiles` are the mean ones of the model whenever it starts
   std::shared_ptr<const MeshField> field;  ///< field solved from the marks; null: not solved yet
   /// Set while the user has cancelled the update of `field` (is_update_cancelled()); null: not cancelled. Not saved, so
   /// that a reopened scene applies all its marks.

@@ -39,6 +39,7 @@ void check_mesh(const MeshItem& item, const Scene& scene, const Volume& volume) 
   check_model(item, item.model.get());
   check_images(scene, item.images, item.name);
   check_start_modes(item);
+  if (item.model_profiles) check_model_profiles(item);
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
 
@@ -162,6 +163,12 @@ void check_start_modes(const MeshItem& item) {
   for (const float value : item.start_modes)
     if (!(std::abs(value) <= kMostModeDeviations))
       throw Error(owner, "a mode is not a number from -5 to 5", "give deviations from -5 to 5");
+}
+
+void check_model_profiles(const MeshItem& item) {
+  if (!item.model || item.start_modes.empty())
+    throw Error("the profiles of '" + item.name + "'", "it does not start from the shape of a model",
+                "choose a model and a start shape first");
 }
 
 void check_code(const SegmentCode& code, const std::string& name) {

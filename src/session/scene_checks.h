@@ -36,6 +36,9 @@ void check_range(const MeshItem& item, const IntensityRange& range);
 void check_model(const MeshItem& item, const MeshModel* model);
 /// Throws for start modes (MeshItem::start_modes) without a model, more than it has, or out of range.
 void check_start_modes(const MeshItem& item);
+/// Throws for a mesh that does not start from the shape of a model, whose profiles it therefore cannot have
+/// (MeshItem::model_profiles).
+void check_model_profiles(const MeshItem& item);
 /// Throws unless paint belongs to an inside or outside point and has what its brush needs: a radius up to 100 mm, a
 /// unit normal, a thickness, three vertices or voxels.
 void check_paint(const UserPoint& point);

@@ -259,7 +259,7 @@ SceneChange SceneEditor::execute(const SetModel& command) {
   refuse_locked(item);
   check_model(item, command.model.get());
   item.model = command.model;
-  item.start_modes.clear();
+  item.start_modes.clear(), item.model_profiles = false;
   item.cancelled = nullptr;
   return {EngineUpdate::Nothing};
 }
@@ -269,6 +269,7 @@ SceneChange SceneEditor::execute(const SetStartModes& command) {
   refuse_locked(item);
   MeshItem changed = item;
   changed.start_modes = command.modes;
+  changed.model_profiles = changed.model_profiles && !command.modes.empty();
   check_start_modes(changed);
   restart(changed, scene_.simulation, volume_);
   item = std::move(changed);
@@ -337,7 +338,8 @@ SceneChange SceneEditor::execute(const ResetPose& command) {
 }
 
 SceneChange SceneEditor::execute(const RecordProfiles& command) {
-  for (MeshItem* item : items_of(command.mesh)) record_profiles(*item, volume_);
+  for (MeshItem* item : items_of(command.mesh))
+    command.from_model ? use_model_profiles(*item, volume_) : record_profiles(*item, volume_);
   return {EngineUpdate::Meshes};
 }
 

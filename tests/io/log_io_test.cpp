@@ -93,6 +93,7 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   EXPECT_EQ(std::get<DeletePoint>(file.log[10].command).point, 6u);
   EXPECT_EQ(std::get<ResetPose>(file.log[11].command).mesh, 0u);
   EXPECT_EQ(std::get<RecordProfiles>(file.log[12].command).mesh, 1u);
+  EXPECT_FALSE(std::get<RecordProfiles>(file.log[12].command).from_model);
   EXPECT_EQ(std::get<DuplicateMesh>(file.log[13].command).mesh, 1u);
   EXPECT_EQ(std::get<ReorderMesh>(file.log[14].command).mesh, 1u);
   EXPECT_EQ(std::get<ReorderMesh>(file.log[14].command).place, 2);

@@ -172,11 +172,13 @@ TEST_F(ModelFiles, WithSeveralOrgansKeepTheirRelations) {
   const auto second = load_mesh_model((folder / "pair.model").string(), {}, model.checksum, 1);
   EXPECT_EQ(second->organ->name, "Right kidney");
   EXPECT_NE(second->identity(), load_mesh_model((folder / "pair.model").string(), {})->identity());
-  write_log(folder / "log.json", {{0, SetModel{3, second}}, {1, SetStartModes{3, {0.5f, -2}, true}}}, 2, "");
+  write_log(folder / "log.json",
+            {{0, SetModel{3, second}}, {1, SetStartModes{3, {0.5f, -2}, true}}, {0, RecordProfiles{3, true}}}, 2, "");
   const LogFile log = read_log(folder / "log.json");
   EXPECT_EQ(std::get<SetModel>(log.log[0].command).model->identity(), second->identity());
   EXPECT_EQ(std::get<SetStartModes>(log.log[1].command).modes, (std::vector<float>{0.5f, -2}));
   EXPECT_TRUE(std::get<SetStartModes>(log.log[1].command).continues);
+  EXPECT_TRUE(std::get<RecordProfiles>(log.log[2].command).from_model);
   EXPECT_NE(error_of([&] { load_mesh_model((folder / "pair.model").string(), {}, "", 2); }).find("organ number 3"),
             std::string::npos);
   for (const double bad : {-1.0, double(NAN)}) {
@@ -195,6 +197,7 @@ TEST_F(ModelFiles, AreStoredInScenesAndLogsByPathAndChecksum) {
   item.name = "kidney", item.seed = {{0, 0, 0}, 5}, item.parameters = scene.forces;
   item.model = load_mesh_model((folder / "kidney.model").string(), {});
   item.start_modes = {1.5f, -0.25f};
+  item.model_profiles = true;
   scene.meshes.push_back(item);
   write_scene(folder / "a.json", scene);
   EXPECT_NE(bytes_of(folder / "a.json").find("\"kidney.model\""), std::string::npos) << "relative path";
@@ -203,6 +206,7 @@ TEST_F(ModelFiles, AreStoredInScenesAndLogsByPathAndChecksum) {
   EXPECT_EQ(again.meshes[0].model_identity(), model.checksum);
   EXPECT_EQ(again.meshes[0].model->organ->name, "Left kidney");
   EXPECT_EQ(again.meshes[0].start_modes, item.start_modes);
+  EXPECT_TRUE(again.meshes[0].model_profiles);
 
   AddMesh add{};
   add.name = "second", add.seed = {{1, 2, 3}, 4};

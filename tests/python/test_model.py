@@ -66,6 +66,17 @@ def test_shapes_are_the_mean_and_its_modes(model):
         model.shape([np.nan])
 
 
+def test_the_template_is_registered_to_each_case(model):
+    registered = model.registered
+    assert len(registered) == 2
+    for points in registered:
+        assert points.shape == model.mean.vertices.shape and points.dtype == np.float64
+        centred = points - points.mean(axis=0)
+        assert np.linalg.norm(centred, axis=1).mean() == pytest.approx(10, abs=1)
+        # Corresponding vertices are in the same direction from the centre.
+        assert (centred * model.mean.vertices).sum(axis=1).min() > 80
+
+
 def test_an_organ_is_found_without_a_prompt(model):
     image, _ = simplexseg.make_phantom("sphere", size=32, noise=20, contrast=60, seed=7)
     found = model.find(image)

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Models in a session: fields, undo, replay and refusals.
+#include "core/error.h"
+#include "forces/force_list.h"
 #include "image/rasterise.h"
 #include "model/model_training.h"
 #include "session_fixture.h"
@@ -115,12 +117,101 @@ TEST(MeshModels, AreRefusedWithoutContentsAndForLockedOnesAndOnesThatStartFromAM
   const ItemId mesh = first_mesh(*session).id;
   EXPECT_NE(refusal(*session, SetModel{mesh, std::make_shared<const MeshModel>()}).find("not read"), std::string::npos);
   AddMesh add{};
-  add.name = "from mesh", add.seed = {{0, 0, 0}, 10};
+  add.name = "from mesh", add.seed = {{0, 0, 0}, 15};
   add.start = MeshStart{"a.ply", std::nullopt, 0, std::make_shared<const SimplexMesh>(make_sphere({0, 0, 0}, 10, 2))};
   const ItemId from_mesh = session->apply(add);
   EXPECT_NE(refusal(*session, SetModel{from_mesh, ball_model()}).find("start it from a seed"), std::string::npos);
   session->apply(EditMesh{mesh, {}, {}, {}, {}, true});
   EXPECT_NE(refusal(*session, SetModel{mesh, ball_model()}).find("locked"), std::string::npos);
+}
+
+/// Session with a ball that starts from the shape of its model, 1 mm and more inside the edge of the object, and that
+/// only profiles and smoothing move. `measure`: of profiles.
+std::unique_ptr<Session> session_of_profiles(float measure) {
+  Scene scene = ball_scene();
+  scene.meshes[0].seed = {{0, 0, 0}, 15};
+  scene.meshes[0].parameters = with({{"intensity_profile", "weight", 0.5f},
+                                     {"intensity_profile", "measure", measure},
+                                     {"smoothing", "weight", 0.2f}});
+  scene.meshes[0].model = ball_model();
+  scene.meshes[0].start_modes = {0};
+  return open_session(1, std::move(scene));
+}
+double mean_radius(const Session& session) {
+  double sum = 0;
+  for (const Eigen::Vector3f& p : first_mesh(session).mesh.positions) sum += p.norm();
+  return sum / first_mesh(session).mesh.vertex_count();
+}
+
+TEST(ModelProfiles, MoveASurfaceToTheEdgeOfTheModelWhereRecordedOnesHoldIt) {
+  for (const float measure : {0.0f, 1.0f}) {
+    const auto session = session_of_profiles(measure);
+    const ItemId mesh = first_mesh(*session).id;
+    const double start = mean_radius(*session);
+    ASSERT_LT(start, kPhantomRadius - 1);
+    session->apply(RecordProfiles{mesh});
+    session->advance_steps(100);
+    EXPECT_NEAR(mean_radius(*session), start, 0.3) << "measure " << measure;
+    session->apply(ResetPose{mesh});
+    session->apply(RecordProfiles{mesh, true});
+    session->advance_steps(100);
+    EXPECT_NEAR(mean_radius(*session), kPhantomRadius, 0.3) << "measure " << measure;
+  }
+}
+
+TEST(ModelProfiles, StayWithResetsLevelsUndoAndReplay) {
+  const auto session = session_of_profiles(0);
+  const ItemId mesh = first_mesh(*session).id;
+  EXPECT_TRUE(first_mesh(*session).profiles.empty());
+  session->apply(RecordProfiles{mesh, true});
+  const std::vector<float> profiles = first_mesh(*session).profiles;
+  ASSERT_FALSE(profiles.empty());
+  session->apply(Undo{});
+  EXPECT_TRUE(first_mesh(*session).profiles.empty());
+  EXPECT_FALSE(first_mesh(*session).model_profiles);
+  session->apply(Redo{});
+  session->advance_steps(20);
+  session->apply(ResetPose{mesh});
+  EXPECT_EQ(first_mesh(*session).profiles, profiles) << "a reset restores them";
+  session->apply(SetStartModes{mesh, {1}});
+  EXPECT_EQ(first_mesh(*session).profiles, profiles) << "another start shape has the same vertices";
+  // A refined mesh inherits them, and has the same when they are recorded again.
+  session->apply(RefineMesh{mesh});
+  const std::vector<float> inherited = first_mesh(*session).profiles;
+  EXPECT_EQ(inherited.size(), 4 * profiles.size());
+  session->apply(RecordProfiles{mesh, true});
+  EXPECT_EQ(first_mesh(*session).profiles, inherited);
+  session->advance_steps(20);
+  const auto replayed = session_of_profiles(0);
+  replayed->replay(session->log(), session->steps_since_last_command());
+  EXPECT_TRUE(same_state(state_of(*session), state_of(*replayed)));
+  // Profiles of a pose replace them, also after a reset.
+  session->apply(RecordProfiles{mesh});
+  session->apply(ResetPose{mesh});
+  EXPECT_TRUE(first_mesh(*session).profiles.empty());
+}
+
+TEST(ModelProfiles, AreRefusedForOtherVerticesAndLongerProfiles) {
+  const auto session = session_of_profiles(0);
+  const ItemId mesh = first_mesh(*session).id;
+  session->apply(SetForceParameter{mesh, ForceId::IntensityProfile, IntensityProfileForce::spacing, 2});
+  EXPECT_NE(refusal(*session, RecordProfiles{mesh, true}).find("reduce half_length"), std::string::npos);
+  session->apply(Undo{});
+  session->apply(RecordProfiles{mesh, true});
+  session->apply(SetStartModes{mesh, {}});
+  EXPECT_FALSE(first_mesh(*session).model_profiles);
+  EXPECT_NE(refusal(*session, RecordProfiles{mesh, true}).find("does not start from the shape"), std::string::npos);
+  // A mesh that was rebuilt from its field has other vertices.
+  Scene scene = ball_scene();
+  scene.meshes[0].model = ball_model();
+  scene.meshes[0].start_modes = {0};
+  scene.meshes[0].mesh = make_sphere({0, 0, 0}, 14, 2);
+  const auto rebuilt = open_session(1, scene);
+  EXPECT_NE(refusal(*rebuilt, RecordProfiles{first_mesh(*rebuilt).id, true}).find("no longer has the vertices"),
+            std::string::npos);
+  // A scene cannot ask for them without a start shape.
+  scene.meshes[0].start_modes.clear(), scene.meshes[0].model_profiles = true;
+  EXPECT_THROW(open_session(1, scene), Error);
 }
 
 }  // namespace

@@ -281,7 +281,8 @@ void read_keys(const JsonInput& in, SetIntensityRange& c) {
 
 // Commands of models, in mesh_model.h.
 template <class C>
-concept ModelCommand = std::is_same_v<C, SetModel> || std::is_same_v<C, SetStartModes>;
+concept ModelCommand =
+    std::is_same_v<C, SetModel> || std::is_same_v<C, SetStartModes> || std::is_same_v<C, RecordProfiles>;
 Json keys_json(const ModelCommand auto& c) { return model_keys_json<Json>(c); }
 void read_keys(const JsonInput& in, ModelCommand auto& c) { read_model_keys(in, c); }
 
@@ -306,9 +307,9 @@ void read_keys(const JsonInput& in, ReorderMesh& c) {
 }
 
 template <class C>
-concept MeshCommand = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, StartFieldUpdate> ||
-    std::is_same_v<C, ResetPose> || std::is_same_v<C, RecordProfiles> || std::is_same_v<C, RefineMesh> ||
-    std::is_same_v<C, DuplicateMesh> || std::is_same_v<C, RequestFieldUpdate> ||
+concept MeshCommand =
+    std::is_same_v<C, DeleteMesh> || std::is_same_v<C, StartFieldUpdate> || std::is_same_v<C, ResetPose> ||
+    std::is_same_v<C, RefineMesh> || std::is_same_v<C, DuplicateMesh> || std::is_same_v<C, RequestFieldUpdate> ||
     std::is_same_v<C, StartFieldComparison> || std::is_same_v<C, CommitFieldComparison>;
 Json keys_json(const MeshCommand auto& c) { return {{"mesh", c.mesh}}; }
 void read_keys(const JsonInput& in, MeshCommand auto& c) {

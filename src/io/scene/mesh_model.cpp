@@ -66,4 +66,10 @@ void read_model_keys(const JsonInput& input, SetStartModes& command) {
   command.continues = input.has("continues") && input["continues"].boolean();
 }
 
+void read_model_keys(const JsonInput& input, RecordProfiles& command) {
+  input.expect_keys({"command", "after_steps", "mesh", "from_model"});
+  command.mesh = static_cast<ItemId>(input["mesh"].integer_between(0, kLargestMeshId));
+  command.from_model = input.has("from_model") && input["from_model"].boolean();
+}
+
 }  // namespace simplexseg

@@ -49,8 +49,15 @@ Json model_keys_json(const SetStartModes& command) {
   if (command.continues) json["continues"] = true;
   return json;
 }
+template <class Json>
+Json model_keys_json(const RecordProfiles& command) {
+  Json json{{"mesh", command.mesh}};
+  if (command.from_model) json["from_model"] = true;
+  return json;
+}
 /// Reads these keys; others than those of every command ("command", "after_steps") are refused.
 void read_model_keys(const JsonInput& input, SetModel& command);
 void read_model_keys(const JsonInput& input, SetStartModes& command);
+void read_model_keys(const JsonInput& input, RecordProfiles& command);
 
 }  // namespace simplexseg

@@ -40,8 +40,8 @@ bool is_preset_file(const std::string& preset) { return preset.ends_with(".json"
 
 MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, const MeshReader& read_files) {
   input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "code", "forces",
-                     "final_vertices", "intensity_range", "images", "model", "start_modes", "reference", "pose",
-                     "state"});
+                     "final_vertices", "intensity_range", "images", "model", "start_modes", "model_profiles",
+                     "reference", "pose", "state"});
   MeshItem item;
   item.name = input["name"].text();
   if (input.has("final_vertices")) {
@@ -70,6 +70,7 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
   if (input.has("images")) item.images = images_from_json(input["images"]);
   if (input.has("model")) item.model = mesh_model_from_json(input["model"], folder);
   if (input.has("start_modes")) item.start_modes = read_modes(input["start_modes"]);
+  if (input.has("model_profiles")) item.model_profiles = input["model_profiles"].boolean();
   if (input.has("reference")) {
     const JsonInput reference = input["reference"];
     reference.expect_keys({"labels", "value"});
@@ -171,6 +172,7 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
   if (!item.images.is_default()) json["images"] = images_json<Json>(item.images, number_of_layer);
   if (item.model) json["model"] = mesh_model_json<Json>(*item.model, portable(item.model->path, folder));
   if (!item.start_modes.empty()) json["start_modes"] = item.start_modes;
+  if (item.model_profiles) json["model_profiles"] = true;
   if (item.reference) {
     json["reference"] = {{"labels", portable(item.reference->labels, folder)}};
     if (item.reference->value) json["reference"]["value"] = *item.reference->value;
