@@ -78,6 +78,19 @@ TEST_F(CarryOverTest, SurfacesStartFromTheirImageAndKeepTheirAttributes) {
   EXPECT_LT((item.start->earlier.centroid_mm - kBallCentre).norm(), 0.1);
 }
 
+TEST_F(CarryOverTest, WithoutAnExpectedErrorTheCarriedSurfaceIsTheSegmentation) {
+  scene_.meshes[0].intensity_range = {-1000, 1000};
+  const CarriedScene carried = carry({.error_mm = 0});
+  ASSERT_EQ(carried.scene.meshes.size(), 1u);
+  const MeshItem& item = carried.scene.meshes[0];
+  EXPECT_TRUE(item.is_given());
+  for (int v = 0; v < item.mesh.vertex_count(); ++v)
+    EXPECT_LT((item.mesh.positions[v] - scene_.meshes[0].mesh.positions[v] - kMoved.cast<float>()).norm(), 1e-4f);
+  EXPECT_FALSE(item.intensity_range.is_limited());
+  ASSERT_EQ(carried.dropped.size(), 1u);
+  EXPECT_EQ(carried.dropped[0].what, "range of intensities");
+}
+
 TEST_F(CarryOverTest, SettlesAtTheGrownObjectAndReportsTheChange) {
   Session session(make_cpu_engine(2), nullptr, 2);
   session.open(carry().scene, next_);
