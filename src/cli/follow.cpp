@@ -68,6 +68,8 @@ void check_choices(const FollowOptions& options) {
     if (!options.time_points && !value->empty())
       throw Error(name, "a single study has no curve", "add --time-points, or omit it");
   if (!options.time_points) return;
+  if (!options.transforms.empty())
+    throw Error("--transform", "it is not available with --time-points", "omit it; use --to");
   if (options.earlier_layer)
     throw Error("--earlier-layer", "it is not available with --time-points", "omit one of the two");
   for (const auto& [name, value] : {std::pair("--table", &options.table), std::pair("--field", &options.field),
@@ -291,7 +293,7 @@ void add_follow(const Subcommand& app, Action& action) {
   const Subcommand sub = app.add_subcommand(
       "follow",
       "Carries the segmentations of a scene over to the next study of the patient, or through the time points of a 4D "
-      "image, settles them there, and compares the measures (docs/follow-up.md)");
+      "image, and compares the measures (docs/follow-up.md)");
   const auto options = std::make_shared<FollowOptions>();
   sub.add_option("SCENE", options->scene, "Scene of the earlier study (.json), settled").required();
   sub.add_option("IMAGE", options->image, "Image or DICOM folder of the next study, or a 4D image").required();
@@ -299,7 +301,7 @@ void add_follow(const Subcommand& app, Action& action) {
                  "Output: scene of the next study (.json); with --time-points the folder of the scenes")
       .required();
   sub.add_flag("--time-points", options->time_points,
-               "Follow the volumes of IMAGE one after another, from that of SCENE on, in both directions");
+               "Follow the volumes of IMAGE from that of SCENE on, in both directions");
   sub.add_option("--volume", options->volume, "Number of the volume in a 4D file or series, counted from 1")
       .within(1, kMaxVolumes)
       .show_default();

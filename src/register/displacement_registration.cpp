@@ -61,7 +61,7 @@ ImageHead grid_with_equal_sides(const FloatImage& image, double spacing_mm) {
   constexpr double thick = 1.5;
   ImageHead grid = head_of(image);
   for (unsigned a = 0; a < 3; ++a) {
-    if (grid.spacing_mm[a] <= thick * spacing_mm) continue;
+    if (grid.size[a] < 2 || grid.spacing_mm[a] <= thick * spacing_mm) continue;
     const double length_mm = grid.spacing_mm[a] * (grid.size[a] - 1);
     const int intervals = std::max(1, static_cast<int>(std::round(length_mm / spacing_mm)));
     grid.size[a] = intervals + 1;

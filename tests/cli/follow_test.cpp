@@ -129,12 +129,39 @@ TEST_F(FollowCommand, FollowsTimePointsByADisplacementField) {
            path("report.json")});
   const nlohmann::json points = json_of("report.json")["time_points"];
   const auto volume_ml = [&](int p) { return points[p]["objects"][0]["volume_ml"].get<double>(); };
-  EXPECT_NEAR(volume_ml(1) / volume_ml(0), 1, 0.03);
-  EXPECT_NEAR(volume_ml(2) / volume_ml(0), std::pow(0.85, 3), 0.05);
+  // Within a third of a voxel of the radius; without an effect the ratio would be 1 and the centroid the same.
+  EXPECT_NEAR(volume_ml(1) / volume_ml(0), 1, 0.15);
+  EXPECT_NEAR(volume_ml(2) / volume_ml(0), std::pow(0.85, 3), 0.15);
   EXPECT_NEAR(
       points[2]["objects"][0]["centroid_mm"][0].get<double>() - points[0]["objects"][0]["centroid_mm"][0].get<double>(),
       2, 0.5);
   EXPECT_EQ(read_scene(points[2]["scene"].get<std::string>()).scene.meshes[0].start->error_mm, 0);
+}
+
+TEST_F(FollowCommand, TimePointsHaveTheFiltersOfTheScene) {
+  write_series(
+      path("series.nii"),
+      {lesion_image(Eigen::Vector3d::Zero(), kLesionRadius), lesion_image(Eigen::Vector3d::Zero(), kLesionRadius)}, 40);
+  nlohmann::json scene = json_of("marks.json");
+  scene["volume"] = path("series.nii");
+  scene["preprocessing"] = {{"filters", {{{"name", "suv"}, {"factor", 0.5}}}}};
+  write_scene("halved.json", scene);
+  succeed({"run", path("halved.json"), "--until-settled", "--save", path("settled.json")});
+  succeed({"follow", path("settled.json"), path("series.nii"), path("points"), "--time-points", "--to", "none",
+           "--report", path("report.json")});
+  const nlohmann::json points = json_of("report.json")["time_points"];
+  ASSERT_EQ(points.size(), 2u);
+  const auto volume_ml = [&](int p) { return points[p]["objects"][0]["volume_ml"].get<double>(); };
+  EXPECT_NEAR(volume_ml(1) / volume_ml(0), 1, 0.02);
+  const Scene saved = read_scene(points[1]["scene"].get<std::string>()).scene;
+  ASSERT_EQ(saved.volume_preprocessing.filters.size(), 1u);
+  EXPECT_EQ(saved.volume_preprocessing.filters[0].kind, FilterKind::Uptake);
+  succeed({"run", points[1]["scene"].get<std::string>(), "--steps", "5"});
+  // A transform would act between all volumes.
+  EXPECT_NE(refusal({"follow", path("settled.json"), path("series.nii"), path("points"), "--time-points", "--transform",
+                     path("shift.tfm")})
+                .find("--time-points"),
+            std::string::npos);
 }
 
 TEST(TimesOfVolumes, FollowFromTheirNamesInMilliseconds) {

@@ -84,10 +84,12 @@ FollowPanel::FollowPanel(Workbench& workbench, QWidget* parent)
   connect(&workbench_, &Workbench::scene_changed, this, &FollowPanel::measure_if_due);
   connect(&workbench_, &Workbench::volume_changed, this, [this] {
     rows_.clear();
+    ++study_;
     measured_revision_ = ~std::uint64_t{0};
     refresh();
   });
   connect(job_, &BackgroundJob::failed, this, [this](const QString& why) {
+    measured_revision_ = workbench_.session().revision();
     workbench_.notify(Severity::Warning, tr("The segmentations cannot be compared: %1").arg(why));
   });
   refresh();
@@ -126,7 +128,8 @@ void FollowPanel::measure_if_due() {
         result->rows = follow_up_rows(*copy, geometry);
         result->ms = clock.elapsed();
       },
-      [=, this, revision = workbench_.session().revision()] {
+      [=, this, study = study_, revision = workbench_.session().revision()] {
+        if (study != study_) return measure_if_due();
         rows_ = std::move(result->rows);
         measured_revision_ = revision;
         pause_.start(std::max<int>(kShortestPauseMs, static_cast<int>(kPausePerWork * result->ms)));

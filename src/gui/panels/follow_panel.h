@@ -41,6 +41,7 @@ class FollowPanel : public QWidget {
   QTimer pause_;
   bool on_screen_ = false;
   std::vector<FollowUpRow> rows_;
+  int study_ = 0;                                        ///< number of scenes that were opened
   std::uint64_t measured_revision_ = ~std::uint64_t{0};  ///< Session::revision() of rows_
 };
 

@@ -15,6 +15,7 @@
 #include "gui/window/time_point_dialog.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
+#include "io/platform/file_names.h"
 #include "io/platform/load_progress.h"
 #include "io/platform/output_checks.h"
 #include "io/scene/scene_io.h"
@@ -80,7 +81,7 @@ void FollowActions::ask(FollowDialog::Kind kind) {
   connect(dialog, &QDialog::accepted, this, [=, this] {
     try {
       time_points ? follow_time_points(dialog->choice()) : carry_over(dialog->choice());
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
       workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
     }
   });
@@ -95,19 +96,27 @@ void FollowActions::carry_over(const FollowDialog::Choice& choice) {
     CarriedScene carried;
   };
   const auto result = std::make_shared<Result>();
+  const std::size_t actions = workbench_.session().log().size();
   job_.start(
       tr("Carrying over to %1...").arg(QFileInfo(text(std::filesystem::path(choice.image.path))).fileName()),
       [=, study = std::make_shared<const LoadedInput>(open_study())] {
         NextStudy next = follow_image(*study, choice.image, choice.settings, choice.earlier_layer,
                                       [](double share) { report_progress(share, 1); });
         result->carried = std::move(next.followed.carried);
+        check_cancelled();
         write_starts(choice.output, result->carried.scene);
         write_scene(choice.output, result->carried.scene);
         result->opened = load_input(choice.output);
-        result->opened.warnings.insert(result->opened.warnings.end(), next.next.warnings.begin(),
-                                       next.next.warnings.end());
+        for (const std::string& warning : next.next.warnings)
+          if (std::vector<std::string>& all = result->opened.warnings; std::ranges::find(all, warning) == all.end())
+            all.push_back(warning);
       },
       [=, this] {
+        // The open study could be edited meanwhile.
+        if (workbench_.session().log().size() != actions && !files_.may_discard()) {
+          workbench_.notify(Severity::Note, tr("The scene of the next study is saved: %1").arg(text(choice.output)));
+          return;
+        }
         try {
           files_.open_loaded(std::move(result->opened), choice.output);
         } catch (const std::exception& error) {
@@ -137,15 +146,17 @@ void FollowActions::carry_over(const FollowDialog::Choice& choice) {
 void FollowActions::follow_time_points(const FollowDialog::Choice& choice) {
   if (job_.busy()) return;
   workbench_.pause();
-  const QString scene = files_.scene_name();
-  const std::string name = scene.isEmpty() ? "time-point" : scene.section('.', 0, 0).toStdString();
+  // A study without a file has the name of its series, which may contain any character.
+  const std::string name = files_.scene_path().isEmpty()
+                               ? distinct_file_names({files_.scene_name().toStdString()}, "time-point").front()
+                               : to_path(files_.scene_path()).stem().string();
   const auto followed = std::make_shared<FollowedTimePoints>();
   job_.start(
       tr("Following time points..."),
-      [=, this, study = std::make_shared<const LoadedInput>(open_study())] {
+      [=, make_session = make_session_, study = std::make_shared<const LoadedInput>(open_study())] {
         make_folder(choice.output);
         *followed = simplexseg::follow_time_points(*study, choice.image.path, choice.settings, choice.output, name,
-                                                   make_session_, [](double share) { report_progress(share, 1); });
+                                                   make_session, [](double share) { report_progress(share, 1); });
         for (const char* ending : {"-curve.csv", "-curve.png"})
           save_plot(text(choice.output / (name + ending)), curve_plot(followed->points), curve_csv(followed->points));
       },

@@ -22,7 +22,7 @@ class Workbench;
 class FollowActions : public QObject {
   Q_OBJECT
  public:
-  /// `make_session`: makes the sessions in which time points settle, in another thread.
+  /// `make_session`: makes the sessions of the time points, in another thread.
   FollowActions(Workbench& workbench, BackgroundJob& job, FileActions& files, ActionTable& actions,
                 std::function<std::unique_ptr<Session>()> make_session, QWidget& window);
 

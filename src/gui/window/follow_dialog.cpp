@@ -39,8 +39,8 @@ FollowDialog::FollowDialog(Kind kind, Defaults defaults, QWidget* parent)
   setWindowTitle(time_points ? tr("Follow time points") : tr("Carry over to the next study"));
   auto* column = new QVBoxLayout(this);
   auto* hint = new QLabel(
-      time_points ? tr("Carries the segmentations from each volume of a 4D image to the next, where they settle, and "
-                       "shows the course of their volumes. Errors add up: compare the last scenes with their images.")
+      time_points ? tr("Carries the segmentations to the other volumes of a 4D image and shows the course of their "
+                       "volumes. Always compare the scenes with their images.")
                   : tr("Registers the next study to this one and carries surfaces, marks and locks over, where they "
                        "settle. The open scene stays as it is in its file. Always compare the result with the image."),
       this);
@@ -50,7 +50,8 @@ FollowDialog::FollowDialog(Kind kind, Defaults defaults, QWidget* parent)
   image_ = add_path(time_points ? tr("&4D image:") : tr("&Next study:"), "follow_image", defaults_.image);
   const auto folder = [this] { return url_of(defaults_.folder); };
   add_button(image_, tr("&File..."), "choose_follow_file", [=, this] {
-    return local_path(QFileDialog::getOpenFileUrl(this, tr("Image of the next study"), folder(), kImageFilter));
+    return local_path(QFileDialog::getOpenFileUrl(this, time_points ? tr("4D image") : tr("Image of the next study"),
+                                                  folder(), kImageFilter));
   });
   add_button(image_, tr("F&older..."), "choose_follow_folder", [=, this] {
     return local_path(QFileDialog::getExistingDirectoryUrl(this, tr("DICOM folder of the next study"), folder()));
@@ -148,6 +149,9 @@ void FollowDialog::add_registration() {
   error_->setValue(kAutomatic);
   error_->setSpecialValueText(tr("automatic"));
   error_->setSuffix(tr(" mm"));
+  connect(error_, &QDoubleSpinBox::valueChanged, this, [this](double mm) {
+    if (mm < 0) error_->setValue(kAutomatic);
+  });
   error_->setToolTip(
       tr("Expected error of the carried surfaces (standard deviation): a larger value lets objects "
          "change more. 0: exactly as carried"));
@@ -165,9 +169,13 @@ void FollowDialog::refresh() {
   const int kind = registration_->currentData().toInt();
   note_->setText(kind == kRigid    ? tr("Two scans of one patient's head, or of a part that does not bend.")
                  : kind == kAffine ? tr("Scanners with distortion, or other positions of the patient.")
-                 : kind == kField  ? tr("Organs that have moved: breathing, filling, growth.")
-                 : kind == kNone   ? tr("Images whose positions agree already.")
-                                   : tr("A registration of another program."));
+                 : kind == kField && kind_ == Kind::TimePoints
+                     ? tr("Beating or breathing organs. The surfaces are those of this volume, moved by the field.")
+                 : kind == kField ? tr("Organs that have moved: breathing, filling, growth.")
+                 : kind == kNone && kind_ == Kind::TimePoints
+                     ? tr("Each volume is carried to its neighbour and settles there. Errors add up.")
+                 : kind == kNone ? tr("Images whose positions agree already.")
+                                 : tr("A registration of another program."));
   if (transform_.row) form_->setRowVisible(transform_.row, kind == kFile);
 }
 
@@ -214,7 +222,7 @@ bool FollowDialog::may_replace(const std::filesystem::path& output) {
 void FollowDialog::accept() {
   try {
     if (may_replace(choice().output)) QDialog::accept();
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     message_->setText(QString::fromUtf8(error.what()));
     message_->show();
   }

@@ -125,7 +125,7 @@ QString TimePointDialog::summary() const {
                           .arg(most->second)
                           .arg(millilitres(least->first))
                           .arg(least->second)
-                          .arg(100 * (1 - least->first / most->first), 0, 'f', 1));
+                          .arg(most->first > 0 ? 100 * (1 - least->first / most->first) : 0, 0, 'f', 1));
   }
   return lines.join("<br>");
 }

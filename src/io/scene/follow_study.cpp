@@ -11,6 +11,7 @@
 #include "io/mesh/mesh_io.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
+#include "io/registration/filters.h"
 #include "io/scene/scene_io.h"
 #include "io/volume/volume_checksum.h"
 #include "io/volume/volume_io.h"
@@ -70,13 +71,28 @@ ItemId largest_id(const Scene& scene) {
   return id;
 }
 
-/// Follows one scene over the volumes of an image in one direction.
+/// Volume of a 4D image after the filters, and checksum of the volume without them.
+struct TimePointImage {
+  Volume volume;
+  std::string checksum;
+};
+TimePointImage load_time_point(const fs::path& path, int number, const std::string& series,
+                               const std::vector<FilterStep>& filters) {
+  TimePointImage image{load_volume(path, number, series).volume, ""};
+  image.checksum = checksum_of(image.volume);
+  for (const FilterStep& step : filters) image.volume = filter_volume(image.volume, step);
+  return image;
+}
+
+/// Carries scenes to the volumes of an image.
 class TimePointFollower {
  public:
-  TimePointFollower(const fs::path& path, const std::string& series, const fs::path& folder, std::string name,
-                    const MakeSession& make_session, const std::function<void(double)>& on_progress, int count)
+  TimePointFollower(const fs::path& path, const std::string& series, const std::vector<FilterStep>& filters,
+                    const fs::path& folder, std::string name, const MakeSession& make_session,
+                    const std::function<void(double)>& on_progress, int count)
       : path_(path),
         series_(series),
+        filters_(filters),
         folder_(folder),
         name_(std::move(name)),
         make_session_(make_session),
@@ -93,16 +109,22 @@ class TimePointFollower {
   }
 
   /// Carries a scene to the volume `number`, and settles it there.
-  Scene follow(const Scene& scene, const Volume& earlier, const Volume& next, int number,
+  Scene follow(const Scene& scene, const Volume& earlier, const TimePointImage& image, int number,
                const FollowSettings& settings, std::vector<std::string>& warnings) {
-    FollowedStudy followed = follow_study(scene, earlier, next, settings, [this](double share) { report(share / 2); });
+    FollowedStudy followed =
+        follow_study(scene, earlier, image.volume, settings, [this](double share) { report(share / 2); });
     const std::string point = "time point " + std::to_string(number) + ": ";
     for (const DroppedItem& dropped : followed.carried.dropped)
       warnings.push_back(point + dropped.mesh + ", " + dropped.what + " dropped: " + dropped.why);
     write_starts(scene_path(number), followed.carried.scene);
-    set_image(followed.carried.scene, {path_.string(), number, series_}, next);
+    Scene& next = followed.carried.scene;
+    next.volume_path = fs::absolute(path_).lexically_normal().string();
+    next.volume_number = number;
+    next.volume_series = series_;
+    next.volume_checksum = image.checksum;
+    next.volume_preprocessing.filters = filters_;
     const std::unique_ptr<Session> session = make_session_();
-    session->open(std::move(followed.carried.scene), next);
+    session->open(std::move(next), image.volume);
     if (followed.error_mm > 0) {  // otherwise the carried surfaces are the result, without settling on voxels
       const std::string warning = settle(*session, [this] { report(0.5); });
       if (!warning.empty()) warnings.push_back(point + warning);
@@ -119,6 +141,7 @@ class TimePointFollower {
 
   const fs::path& path_;
   const std::string& series_;
+  const std::vector<FilterStep>& filters_;
   const fs::path& folder_;
   const std::string name_;
   const MakeSession& make_session_;
@@ -188,13 +211,6 @@ void write_starts(const fs::path& scene_path, Scene& scene) {
   }
 }
 
-void set_image(Scene& scene, const FollowedImage& image, const Volume& volume) {
-  scene.volume_path = fs::absolute(image.path).lexically_normal().string();
-  scene.volume_number = image.number;
-  scene.volume_series = image.series;
-  scene.volume_checksum = checksum_of(volume);
-}
-
 std::string settle(Session& session, const std::function<void()>& check) {
   Advance total;
   while (total.steps < kMostFollowSteps && !total.at_rest && !total.failure) {
@@ -223,29 +239,31 @@ FollowedTimePoints follow_time_points(const LoadedInput& input, const fs::path& 
   FollowSettings between = settings;
   between.transform = {};
   // A field between such images is more accurate than a surface that settles again (docs/results/follow-up.md).
-  if (!between.error_mm && between.kind == RegistrationKind::Displacement) between.error_mm = 0;
+  if (!between.error_mm && between.kind == RegistrationKind::Displacement)
+    between.error_mm = 0, between.marks = CarriedMarks::None;
+  const std::vector<FilterStep> filters = (same ? input.scene : load_input(path, 1).scene).volume_preprocessing.filters;
   between.start = RegistrationStart::None;
   between.field_metric = FieldMetric::SquaredDifferences;
-  TimePointFollower follower(path, series, folder, name, make_session, on_progress, info.frames);
+  TimePointFollower follower(path, series, filters, folder, name, make_session, on_progress, info.frames);
   const int first = same ? input.scene.volume_number : 1;
   Scene first_scene = input.scene;
   Volume first_volume = input.volume;
   if (!same) {
-    LoadedVolume loaded = load_volume(path, 1, series);
-    first_volume = std::move(loaded.volume);
-    first_scene = follower.follow(input.scene, input.volume, first_volume, first, settings, result.warnings);
+    const TimePointImage image = load_time_point(path, first, series, filters);
+    first_volume = image.volume;
+    first_scene = follower.follow(input.scene, input.volume, image, first, settings, result.warnings);
   }
   result.points.push_back(follower.record(first, time_of(first), first_scene, first_volume));
   for (const int direction : {1, -1}) {
     Scene scene = first_scene;
     Volume volume = first_volume;
     for (int number = first + direction; number >= 1 && number <= info.frames; number += direction) {
-      Volume next = load_volume(path, number, series).volume;
+      const TimePointImage next = load_time_point(path, number, series, filters);
       // A registration of each volume to the first one does not add up errors; without one, neighbours agree best.
       scene = settings.kind ? follower.follow(first_scene, first_volume, next, number, between, result.warnings)
                             : follower.follow(scene, volume, next, number, between, result.warnings);
-      result.points.push_back(follower.record(number, time_of(number), scene, next));
-      volume = std::move(next);
+      result.points.push_back(follower.record(number, time_of(number), scene, next.volume));
+      volume = next.volume;
     }
   }
   std::ranges::sort(result.points, {}, &TimePoint::number);

@@ -25,7 +25,8 @@ struct FollowSettings {
   FieldMetric field_metric = FieldMetric::MutualInformation;
   Transform transform;  ///< from points of the earlier study to points of the next one, without a registration
   int threads = 0;
-  /// CarrySettings::error_mm; none: default_error_mm(), or 0 for time points with a displacement field.
+  /// CarrySettings::error_mm; none: default_error_mm(), or 0 for time points with a displacement field, whose scenes
+  /// then have no marks.
   std::optional<double> error_mm{};
   CarriedMarks marks = CarriedMarks::Agreeing;
 };
@@ -48,15 +49,12 @@ FollowedStudy follow_study(const Scene& scene, const Volume& earlier, const Volu
 /// NAME.carried-ID.ply, and sets their paths. Throws the errors of write_mesh().
 void write_starts(const std::filesystem::path& scene_path, Scene& scene);
 
-/// File of the image of a time point or of the next study, to which a carried scene refers.
+/// File of the image of the next study.
 struct FollowedImage {
   std::string path;
   int number = 1;      ///< of the volume in a 4D file
   std::string series;  ///< UID of the series in a DICOM folder
 };
-/// Sets the image of a scene and its checksum.
-void set_image(Scene& scene, const FollowedImage& image, const Volume& volume);
-
 /// Next study with the scene that was carried over to it.
 struct NextStudy {
   LoadedInput next;        ///< the image, and an empty scene that refers to it
@@ -80,10 +78,12 @@ struct FollowedTimePoints {
   std::vector<std::string> warnings;  ///< one line each
 };
 using MakeSession = std::function<std::unique_ptr<Session>()>;
-/// Carries the scene `input` from each volume of the 4D image `path` to the next, settles it there, and writes its
-/// scene into `folder` (NAME-001.json ...). Begins at the volume of the scene if its image is `path`, else at the first
-/// one, and follows the later volumes upwards, then the earlier ones downwards. `on_progress`: completed share. Throws
-/// Error for an image with one volume, and the errors of follow_study(), of the readers and writers, and Cancelled.
+/// Carries the scene `input` to each volume of the 4D image `path`, and writes its scene into `folder` (NAME-001.json
+/// ...): from the volume of the scene if its image is `path`, else from the first one, to which the scene is carried
+/// before. With a registration, that volume is registered to each other one; without one, each volume is carried to its
+/// neighbour. Surfaces settle if their expected error is above 0. The volumes have the filters of the first one.
+/// `on_progress`: completed share. Throws Error for an image with one volume, and the errors of follow_study(), of the
+/// readers, filters and writers, and Cancelled.
 FollowedTimePoints follow_time_points(const LoadedInput& input, const std::filesystem::path& path,
                                       const FollowSettings& settings, const std::filesystem::path& folder,
                                       const std::string& name, const MakeSession& make_session,
