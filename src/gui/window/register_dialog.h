@@ -7,6 +7,7 @@
 #include "io/transform/landmarks.h"
 #include "session/scene.h"
 
+class QBoxLayout;
 class QButtonGroup;
 class QComboBox;
 class QLabel;
@@ -33,7 +34,7 @@ class RegisterDialog : public QDialog {
   void done(int result) override;
 
  private:
-  void add_landmark_controls(class QBoxLayout& column);
+  void add_landmark_controls(QBoxLayout& column);
   void refresh();
   int start() const;
 
