@@ -46,9 +46,6 @@ class FiltersTest : public PausedPhantomTest {
     }
   }
   std::string path(const QString& name) const { return folder_.filePath(name).toStdString(); }
-  bool wait_for_job() {
-    return wait_until([&] { return !window_->job().busy(); });
-  }
   void add_layer() {
     window_->layers().add(QString::fromStdString(path("image.nii")));
     ASSERT_TRUE(wait_for_job());

@@ -51,9 +51,6 @@ class LayersTest : public PausedPhantomTest {
   }
   QString path(const QString& name) const { return folder_.filePath(name); }
   LayerActions& layers() { return window_->layers(); }
-  bool wait_for_job() {
-    return wait_until([&] { return !window_->job().busy(); });
-  }
   /// Adds the layer "half" with the whole range as its window.
   void add_half() {
     layers().add(path("half.nii"));

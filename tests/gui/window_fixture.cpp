@@ -9,6 +9,7 @@
 
 #include "gpu/backend.h"
 #include "gui/window/startup.h"
+#include "gui/workbench/background_job.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -89,6 +90,10 @@ void PausedPhantomTest::SetUp() {
   if (IsSkipped()) return;
   open_phantom();
   bench().pause();
+}
+
+bool WindowTest::wait_for_job() {
+  return wait_until([&] { return !window_->job().busy(); });
 }
 
 int WindowTest::count_pixels(const QColor& colour) {

@@ -40,6 +40,8 @@ class WindowTest : public ::testing::Test {
   Workbench& bench() { return window_->workbench(); }
   const Scene& scene() { return bench().session().scene(); }
   SliceView& axial() { return window_->views().slice(0); }
+  /// Waits until the background job has ended; returns whether it has.
+  bool wait_for_job();
   /// Number of pixels of this colour in the axial view.
   int count_pixels(const QColor& colour);
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/look/widgets.h"
 
+#include <QAbstractButton>
 #include <QAction>
+#include <QHeaderView>
 #include <QPainter>
 #include <QPixmap>
 #include <QScreen>
 #include <QStyle>
+#include <QTableWidget>
 #include <QVariant>
 #include <QWidget>
 
@@ -50,6 +53,14 @@ QIcon swatch(const Colour& colour, bool active) {
   painter.setPen(active ? QPen(theme::shades().text, 1.5) : QPen(QColor(0, 0, 0, 120), 1));
   painter.drawRoundedRect(QRectF(1, 1, 12, 12), 2.5, 2.5);
   return QIcon(pixmap);
+}
+
+void make_read_only(QTableWidget& table) {
+  for (auto* corner : table.findChildren<QAbstractButton*>())
+    corner->setAccessibleName(QObject::tr("Corner of the table"));
+  table.setEditTriggers(QAbstractItemView::NoEditTriggers);
+  table.setWordWrap(false);
+  for (QHeaderView* header : {table.horizontalHeader(), table.verticalHeader()}) header->setHighlightSections(false);
 }
 
 QString words_of(const char* name) {

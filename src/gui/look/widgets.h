@@ -7,6 +7,7 @@
 #include "core/colour.h"
 
 class QAction;
+class QTableWidget;
 class QWidget;
 
 namespace simplexseg {
@@ -22,6 +23,8 @@ void set_tool_tip(QAction* action, const QString& tip);
 /// Sets a style of the theme: "dim", "small" or "warning" for labels, "flat" or "raised" for buttons, "title" for
 /// fields, "" for the default.
 void set_role(QWidget* widget, const char* role);
+/// Makes a table one of values: its cells are not edited, its headers are not highlighted, and its corner has a name.
+void make_read_only(QTableWidget& table);
 /// Readable title of a parameter name: "steps_per_level" -> "Steps per level".
 QString words_of(const char* name);
 

@@ -85,16 +85,12 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
     table_->setVerticalHeaderItem(row, head);
   }
   table_->setAccessibleName(tr("Measurements"));
-  for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the table"));
-  table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  make_read_only(*table_);
   table_->setSelectionMode(QAbstractItemView::NoSelection);
-  table_->setWordWrap(false);
   table_->verticalHeader()->setSectionResizeMode(QHeaderView::Fixed);
   table_->verticalHeader()->setDefaultSectionSize(table_->fontMetrics().height() + 8);
-  table_->verticalHeader()->setHighlightSections(false);
   table_->horizontalHeader()->setDefaultSectionSize(84);
   table_->horizontalHeader()->setMinimumSectionSize(60);
-  table_->horizontalHeader()->setHighlightSections(false);
   table_->horizontalHeader()->setDefaultAlignment(Qt::AlignLeft | Qt::AlignVCenter);
   table_->horizontalHeader()->setTextElideMode(Qt::ElideRight);
   table_->setMinimumHeight(80);

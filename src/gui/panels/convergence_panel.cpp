@@ -194,10 +194,7 @@ QString ConvergencePanel::legend() const {
                                    : tr("mean %1 mm, 95th percentile %2 mm")
                                          .arg(last.error->mean_mm, 0, 'f', 2)
                                          .arg(last.error->p95_mm, 0, 'f', 2);
-    const QColor colour(mesh.colour.red, mesh.colour.green, mesh.colour.blue);
-    entries << QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
-                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::shades().dim.name(),
-                        value);
+    entries << legend_entry(mesh.colour, mesh.name, value);
   }
   return entries.join("<br>");
 }

@@ -24,11 +24,18 @@
 namespace simplexseg {
 namespace {
 
-enum Column { kObject, kBefore, kNow, kChange, kAxis, kShift, kOverlap, kColumns };
+enum Measure {
+  kVolumeBefore,
+  kVolumeNow,
+  kVolumeChange,
+  kLongAxes,
+  kShortAxes,
+  kCentroidShift,
+  kCarriedDice,
+  kMeasures
+};
 constexpr int kShortestPauseMs = 500;
 constexpr int kPausePerWork = 3;  ///< pause over time of a measurement: at most a quarter of one core is used
-
-QString millilitres(double ml) { return text(volume_text(1000 * ml)); }
 
 bool is_carried(const MeshItem& item) { return item.start && item.start->earlier.volume_ml > 0; }
 
@@ -40,33 +47,31 @@ FollowPanel::FollowPanel(Workbench& workbench, QWidget* parent)
     : QWidget(parent),
       workbench_(workbench),
       job_(new BackgroundJob(this)),
-      table_(new QTableWidget(0, kColumns, this)),
+      table_(new QTableWidget(kMeasures, 0, this)),
       note_(new QLabel(this)),
       save_(new QPushButton(tr("Save table..."), this)) {
   auto* column = new QVBoxLayout(this);
   column->setContentsMargins(8, 6, 8, 6);
-  const std::pair<QString, QString> titles[kColumns] = {
-      {tr("Object"), tr("Segmentation that was carried over; a click makes it active")},
+  const std::pair<QString, QString> rows[kMeasures] = {
       {tr("Before"), tr("Volume in the earlier study")},
       {tr("Now"), tr("Volume in this study")},
       {tr("Change"), tr("Difference of the volumes per earlier volume")},
       {tr("Long axis"), tr("Longest diameter in an axial slice (RECIST 1.1) in the earlier study and in this one, mm")},
+      {tr("Short axis"), tr("Longest diameter perpendicular to the long axis (RECIST 1.1) in both studies, mm")},
       {tr("Shift"), tr("Distance of the centroids of the carried and the present surface: motion that the "
                        "registration does not explain")},
       {tr("Dice"), tr("Overlap of the carried and the present surface: 1 = identical, 0 = no overlap")}};
-  for (int n = 0; n < kColumns; ++n) {
-    auto* head = new QTableWidgetItem(titles[n].first);
-    head->setToolTip(titles[n].second);
-    table_->setHorizontalHeaderItem(n, head);
+  for (int row = 0; row < kMeasures; ++row) {
+    auto* head = new QTableWidgetItem(rows[row].first);
+    head->setToolTip(rows[row].second);
+    table_->setVerticalHeaderItem(row, head);
   }
   table_->setObjectName("follow_table");
   table_->setAccessibleName(tr("Comparison with the earlier study"));
-  for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the table"));
-  table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  make_read_only(*table_);
   table_->setSelectionMode(QAbstractItemView::NoSelection);
-  table_->setWordWrap(false);
-  table_->verticalHeader()->hide();
-  table_->horizontalHeader()->setHighlightSections(false);
+  table_->verticalHeader()->setSectionResizeMode(QHeaderView::Fixed);
+  table_->verticalHeader()->setDefaultSectionSize(table_->fontMetrics().height() + 8);
   table_->setMinimumHeight(80);
   column->addWidget(table_, 1);
   note_->setWordWrap(true);
@@ -76,8 +81,8 @@ FollowPanel::FollowPanel(Workbench& workbench, QWidget* parent)
   pause_.setSingleShot(true);
   connect(&pause_, &QTimer::timeout, this, &FollowPanel::measure_if_due);
   connect(save_, &QPushButton::clicked, this, &FollowPanel::choose_and_save);
-  connect(table_, &QTableWidget::cellClicked, this, [this](int row) {
-    const std::string name = rows_[static_cast<std::size_t>(row)].name;
+  connect(table_, &QTableWidget::cellClicked, this, [this](int, int object) {
+    const std::string name = rows_[static_cast<std::size_t>(object)].name;
     if (const MeshItem* const item = workbench_.scene().find_mesh(name)) workbench_.set_active_mesh(item->id);
   });
   connect(&workbench_, &Workbench::pose_changed, this, &FollowPanel::measure_if_due);
@@ -138,36 +143,36 @@ void FollowPanel::measure_if_due() {
 }
 
 void FollowPanel::refresh() {
-  table_->setRowCount(static_cast<int>(rows_.size()));
-  for (std::size_t row = 0; row < rows_.size(); ++row) {
-    const FollowUpRow& object = rows_[row];
-    QString texts[kColumns];
-    texts[kObject] = object.locked ? tr("%1 (locked)").arg(text(object.name)) : text(object.name);
-    texts[kBefore] = millilitres(object.earlier.volume_ml);
-    texts[kNow] = millilitres(object.now.volume_ml);
-    texts[kChange] =
-        QString("%1%2%").arg(object.change_ml() < 0 ? QString() : QString("+")).arg(object.change_percent(), 0, 'f', 1);
-    const auto axis = [](double mm) { return mm > 0 ? QString::number(mm, 'f', 1) : tr("none"); };
-    texts[kAxis] = QString("%1 \u2192 %2").arg(axis(object.earlier.long_mm), axis(object.now.long_mm));
-    texts[kShift] = tr("%1 mm").arg(object.shift_mm, 0, 'f', 1);
-    texts[kOverlap] = QString::number(object.dice, 'f', 3);
-    for (int n = 0; n < kColumns; ++n) {
-      auto* cell = new QTableWidgetItem(texts[n]);
-      if (n == kObject) {
-        cell->setIcon(swatch(object.colour));
-        cell->setToolTip(texts[n]);
-      } else {
-        cell->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
-      }
-      if (n == kAxis)
-        cell->setToolTip(
-            tr("Short axis: %1 \u2192 %2 mm").arg(axis(object.earlier.short_mm), axis(object.now.short_mm)));
-      if (n == kShift)
+  table_->setColumnCount(static_cast<int>(rows_.size()));
+  constexpr std::size_t kFitting = 3;  // number of columns that fit without scrolling
+  table_->horizontalHeader()->setSectionResizeMode(rows_.size() <= kFitting ? QHeaderView::Stretch
+                                                                            : QHeaderView::ResizeToContents);
+  for (std::size_t column = 0; column < rows_.size(); ++column) {
+    const FollowUpRow& object = rows_[column];
+    const QString name = object.locked ? tr("%1 (locked)").arg(text(object.name)) : text(object.name);
+    auto* head = new QTableWidgetItem(swatch(object.colour), name);
+    head->setToolTip(name);
+    table_->setHorizontalHeaderItem(static_cast<int>(column), head);
+    const auto both = [](double before_mm, double now_mm) {
+      const auto shown = [](double mm) { return mm > 0 ? QString::number(mm, 'f', 1) : tr("none"); };
+      return QString("%1 \u2192 %2").arg(shown(before_mm), shown(now_mm));
+    };
+    QString texts[kMeasures];
+    texts[kVolumeBefore] = text(volume_text(1000 * object.earlier.volume_ml));
+    texts[kVolumeNow] = text(volume_text(1000 * object.now.volume_ml));
+    texts[kVolumeChange] = QString(object.change_ml() < 0 ? "%1%" : "+%1%").arg(object.change_percent(), 0, 'f', 1);
+    texts[kLongAxes] = both(object.earlier.long_mm, object.now.long_mm);
+    texts[kShortAxes] = both(object.earlier.short_mm, object.now.short_mm);
+    texts[kCentroidShift] = tr("%1 mm").arg(object.shift_mm, 0, 'f', 1);
+    texts[kCarriedDice] = QString::number(object.dice, 'f', 3);
+    for (int row = 0; row < kMeasures; ++row) {
+      auto* cell = new QTableWidgetItem(texts[row]);
+      cell->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
+      if (row == kCentroidShift)
         cell->setToolTip(tr("%1 mm by the positions in the files").arg(object.unregistered_shift_mm, 0, 'f', 1));
-      table_->setItem(static_cast<int>(row), n, cell);
+      table_->setItem(row, static_cast<int>(column), cell);
     }
   }
-  table_->resizeColumnsToContents();
   note_->setText(rows_.empty() ? tr("Nothing has been compared yet.")
                  : workbench_.scene().layers.empty()
                      ? tr("Measures in the earlier study and of the present surfaces.")

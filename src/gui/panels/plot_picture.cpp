@@ -60,6 +60,12 @@ void PlotPicture::paintEvent(QPaintEvent*) {
   painter.drawText(rect().adjusted(16, 16, -16, -16), Qt::AlignCenter | Qt::TextWordWrap, text_);
 }
 
+QString legend_entry(const Colour& colour, const std::string& name, const QString& value) {
+  return QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
+      .arg(QColor(colour.red, colour.green, colour.blue).name(), text(name).toHtmlEscaped(), theme::shades().dim.name(),
+           value);
+}
+
 void add_quantities(QComboBox& choices) {
   const auto add = [&](const QString& title, const QString& tip) {
     choices.addItem(title);

@@ -35,6 +35,8 @@ class PlotPicture : public QWidget {
   QString text_;
 };
 
+/// Entry of a legend below a plot, in HTML: a square of a colour, a name, and a value.
+QString legend_entry(const Colour& colour, const std::string& name, const QString& value);
 /// Adds the quantities of a run that can be plotted, each with a tooltip: residual, surface error.
 void add_quantities(QComboBox& choices);
 /// Writes the plot as a picture (.png, .svg), or `csv` if the name ends in .csv. Throws Error if the file cannot be

@@ -28,10 +28,7 @@ ArchiveActions::ArchiveActions(Workbench& workbench, BackgroundJob& loading, Fil
   actions.on(Act::SendBack, [this] { send_back(); });
   connect(&workbench_, &Workbench::volume_changed, this, &ArchiveActions::enable_actions);
   connect(&files_, &FileActions::name_changed, this, &ArchiveActions::enable_actions);
-  connect(&loading_, &BackgroundJob::started, this, &ArchiveActions::enable_actions);
-  connect(&loading_, &BackgroundJob::succeeded, this, &ArchiveActions::enable_actions);
-  connect(&loading_, &BackgroundJob::failed, this, &ArchiveActions::enable_actions);
-  connect(&loading_, &BackgroundJob::cancelled, this, &ArchiveActions::enable_actions);
+  connect(&loading_, &BackgroundJob::busy_changed, this, &ArchiveActions::enable_actions);
   enable_actions();
 }
 

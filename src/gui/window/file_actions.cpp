@@ -60,10 +60,7 @@ FileActions::FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& 
   actions.on(Act::SaveMeshes, [this] { choose_and_save_meshes(); });
   actions.on(Act::SaveMeasurements, [this] { choose_and_save_measurements(); });
   connect(&workbench_, &Workbench::scene_changed, this, &FileActions::enable_actions);
-  connect(&job_, &BackgroundJob::started, this, &FileActions::enable_actions);
-  connect(&job_, &BackgroundJob::succeeded, this, &FileActions::enable_actions);
-  connect(&job_, &BackgroundJob::failed, this, &FileActions::enable_actions);
-  connect(&job_, &BackgroundJob::cancelled, this, &FileActions::enable_actions);
+  connect(&job_, &BackgroundJob::busy_changed, this, &FileActions::enable_actions);
   enable_actions();
 }
 

@@ -30,10 +30,7 @@ FilterActions::FilterActions(Workbench& workbench, BackgroundJob& job, ActionTab
   actions.on(Act::FilterVolume, [this] { ask_for_volume(); });
   connect(&workbench_, &Workbench::scene_changed, this, &FilterActions::refresh);
   connect(&workbench_, &Workbench::view_changed, this, &FilterActions::refresh);
-  connect(&job_, &BackgroundJob::started, this, &FilterActions::refresh);
-  connect(&job_, &BackgroundJob::failed, this, &FilterActions::refresh);
-  for (const auto signal : {&BackgroundJob::succeeded, &BackgroundJob::cancelled})
-    connect(&job_, signal, this, &FilterActions::refresh);
+  connect(&job_, &BackgroundJob::busy_changed, this, &FilterActions::refresh);
   refresh();
 }
 

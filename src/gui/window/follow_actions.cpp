@@ -44,10 +44,7 @@ FollowActions::FollowActions(Workbench& workbench, BackgroundJob& job, FileActio
   actions.on(Act::FollowStudy, [this] { ask(FollowDialog::Kind::NextStudy); });
   actions.on(Act::FollowTimePoints, [this] { ask(FollowDialog::Kind::TimePoints); });
   connect(&workbench_, &Workbench::scene_changed, this, &FollowActions::refresh);
-  connect(&job_, &BackgroundJob::started, this, &FollowActions::refresh);
-  connect(&job_, &BackgroundJob::failed, this, &FollowActions::refresh);
-  for (const auto signal : {&BackgroundJob::succeeded, &BackgroundJob::cancelled})
-    connect(&job_, signal, this, &FollowActions::refresh);
+  connect(&job_, &BackgroundJob::busy_changed, this, &FollowActions::refresh);
   refresh();
 }
 

@@ -85,10 +85,7 @@ LabelActions::LabelActions(Workbench& workbench, BackgroundJob& job, FileActions
     if (const QString path = choose(tr("Reference labels"), kLabelFilter); !path.isEmpty()) load_reference(path);
   });
   connect(&workbench_, &Workbench::scene_changed, this, &LabelActions::enable_actions);
-  connect(&job_, &BackgroundJob::started, this, &LabelActions::enable_actions);
-  connect(&job_, &BackgroundJob::succeeded, this, &LabelActions::enable_actions);
-  connect(&job_, &BackgroundJob::failed, this, &LabelActions::enable_actions);
-  connect(&job_, &BackgroundJob::cancelled, this, &LabelActions::enable_actions);
+  connect(&job_, &BackgroundJob::busy_changed, this, &LabelActions::enable_actions);
   enable_actions();
 }
 

@@ -90,10 +90,7 @@ LayerActions::LayerActions(Workbench& workbench, BackgroundJob& job, FileActions
   connect_display();
   connect(&workbench_, &Workbench::scene_changed, this, &LayerActions::refresh);
   connect(&workbench_, &Workbench::view_changed, this, &LayerActions::refresh);
-  connect(&job_, &BackgroundJob::started, this, &LayerActions::refresh);
-  for (const auto signal : {&BackgroundJob::succeeded, &BackgroundJob::cancelled})
-    connect(&job_, signal, this, &LayerActions::refresh);
-  connect(&job_, &BackgroundJob::failed, this, &LayerActions::refresh);
+  connect(&job_, &BackgroundJob::busy_changed, this, &LayerActions::refresh);
   refresh();
 }
 

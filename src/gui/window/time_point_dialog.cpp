@@ -37,7 +37,6 @@ const TimePointObject* find_object(const TimePoint& point, const std::string& na
   return found == point.objects.end() ? nullptr : &*found;
 }
 
-QString millilitres(double ml) { return text(volume_text(1000 * ml)); }
 }  // namespace
 
 TimePointDialog::TimePointDialog(Workbench& workbench, FileActions& files, std::vector<TimePoint> points,
@@ -90,7 +89,7 @@ void TimePointDialog::fill_table() {
     QStringList texts{QString::number(point.number), point.time_s ? text(general_text(*point.time_s, 5)) : "-"};
     for (const TimePointObject& object : objects) {
       const TimePointObject* const here = find_object(point, object.name);
-      texts << (here ? millilitres(here->measures.volume_ml) : tr("none"));
+      texts << (here ? text(volume_text(1000 * here->measures.volume_ml)) : tr("none"));
     }
     for (int n = 0; n < texts.size(); ++n) {
       auto* cell = new QTableWidgetItem(texts[n]);
@@ -98,12 +97,10 @@ void TimePointDialog::fill_table() {
       table_->setItem(static_cast<int>(row), n, cell);
     }
   }
-  for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the table"));
+  make_read_only(*table_);
   table_->verticalHeader()->hide();
-  table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
   table_->setSelectionBehavior(QAbstractItemView::SelectRows);
   table_->setSelectionMode(QAbstractItemView::SingleSelection);
-  table_->horizontalHeader()->setHighlightSections(false);
   table_->resizeColumnsToContents();
   table_->setToolTip(tr("A double click opens the scene of a time point"));
   table_->selectRow(0);
@@ -117,15 +114,13 @@ QString TimePointDialog::summary() const {
       if (const TimePointObject* const here = find_object(point, object.name))
         course.emplace_back(here->measures.volume_ml, point.number);
     const auto [least, most] = std::ranges::minmax_element(course);
-    lines << QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
-                 .arg(QColor(object.colour.red, object.colour.green, object.colour.blue).name(),
-                      text(object.name).toHtmlEscaped(), theme::shades().dim.name(),
-                      tr("largest %1 at time point %2, smallest %3 at %4 (%5% less)")
-                          .arg(millilitres(most->first))
-                          .arg(most->second)
-                          .arg(millilitres(least->first))
-                          .arg(least->second)
-                          .arg(most->first > 0 ? 100 * (1 - least->first / most->first) : 0, 0, 'f', 1));
+    lines << legend_entry(object.colour, object.name,
+                          tr("largest %1 at time point %2, smallest %3 at %4 (%5% less)")
+                              .arg(text(volume_text(1000 * most->first)))
+                              .arg(most->second)
+                              .arg(text(volume_text(1000 * least->first)))
+                              .arg(least->second)
+                              .arg(most->first > 0 ? 100 * (1 - least->first / most->first) : 0, 0, 'f', 1));
   }
   return lines.join("<br>");
 }

@@ -7,6 +7,10 @@
 namespace simplexseg {
 
 BackgroundJob::BackgroundJob(QObject* parent) : QObject(parent) {
+  connect(this, &BackgroundJob::started, this, &BackgroundJob::busy_changed);
+  connect(this, &BackgroundJob::failed, this, &BackgroundJob::busy_changed);
+  for (const auto signal : {&BackgroundJob::succeeded, &BackgroundJob::cancelled})
+    connect(this, signal, this, &BackgroundJob::busy_changed);
   watch_.setInterval(100);
   connect(&watch_, &QTimer::timeout, this, [this] {
     if (progress_ && progress_->fraction() >= 0) emit progressed(progress_->fraction());

@@ -40,6 +40,7 @@ class BackgroundJob : public QObject {
   void succeeded();
   void failed(const QString& why);
   void cancelled();
+  void busy_changed();  ///< with each signal above except progressed()
 
  private:
   QThread* thread_ = nullptr;

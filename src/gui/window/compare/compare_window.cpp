@@ -191,10 +191,8 @@ QWidget* CompareWindow::build_middle() {
   table_->horizontalHeader()->setMinimumSectionSize(theme::scaled(66));
   table_->setMinimumWidth(theme::scaled(300));  // fits the longest parameter name and two values
   table_->verticalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
-  for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the table"));
-  table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  make_read_only(*table_);
   table_->setSelectionMode(QAbstractItemView::NoSelection);
-  table_->setWordWrap(false);
   column->addWidget(table_, 3);
   auto* choices = new QHBoxLayout;
   quantity_ = new QComboBox(middle);
