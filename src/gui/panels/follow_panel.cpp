@@ -72,6 +72,8 @@ FollowPanel::FollowPanel(Workbench& workbench, QWidget* parent)
   table_->setSelectionMode(QAbstractItemView::NoSelection);
   table_->verticalHeader()->setSectionResizeMode(QHeaderView::Fixed);
   table_->verticalHeader()->setDefaultSectionSize(table_->fontMetrics().height() + 8);
+  table_->horizontalHeader()->setDefaultAlignment(Qt::AlignLeft | Qt::AlignVCenter);
+  table_->horizontalHeader()->setTextElideMode(Qt::ElideRight);
   table_->setMinimumHeight(80);
   column->addWidget(table_, 1);
   note_->setWordWrap(true);
@@ -144,7 +146,7 @@ void FollowPanel::measure_if_due() {
 
 void FollowPanel::refresh() {
   table_->setColumnCount(static_cast<int>(rows_.size()));
-  constexpr std::size_t kFitting = 3;  // number of columns that fit without scrolling
+  constexpr std::size_t kFitting = 2;  // number of columns that fit without scrolling
   table_->horizontalHeader()->setSectionResizeMode(rows_.size() <= kFitting ? QHeaderView::Stretch
                                                                             : QHeaderView::ResizeToContents);
   for (std::size_t column = 0; column < rows_.size(); ++column) {

@@ -151,6 +151,7 @@ void FollowDialog::add_registration() {
   error_->setSuffix(tr(" mm"));
   connect(error_, &QDoubleSpinBox::valueChanged, this, [this](double mm) {
     if (mm < 0) error_->setValue(kAutomatic);
+    refresh();
   });
   error_->setToolTip(
       tr("Expected error of the carried surfaces (standard deviation): a larger value lets objects "
@@ -176,6 +177,8 @@ void FollowDialog::refresh() {
                      ? tr("Each volume is carried to its neighbour and settles there. Errors add up.")
                  : kind == kNone ? tr("Images whose positions agree already.")
                                  : tr("A registration of another program."));
+  const bool unmarked = kind_ == Kind::TimePoints && kind == kField && error_->value() < 0;
+  set_enabled(marks_, !unmarked, tr("The surfaces are exactly those of the field; with an expected error, marks act"));
   if (transform_.row) form_->setRowVisible(transform_.row, kind == kFile);
 }
 
