@@ -132,6 +132,7 @@ SIMPLEXSEG_HD Float8 load(const float* values, Neighbour8 i) {
   auto x = [&](int lane) SIMPLEXSEG_INLINED { return values[i[lane]]; };
   return Float8(_mm256_set_ps(x(7), x(6), x(5), x(4), x(3), x(2), x(1), x(0)));
 }
+SIMPLEXSEG_HD Float8 load(const float* values, Eight i) { return Float8(_mm256_loadu_ps(values + i.first)); }
 SIMPLEXSEG_HD void store(float* values, Eight i, Float8 x) { _mm256_storeu_ps(values + i.first, x.lanes); }
 SIMPLEXSEG_HD void store(Vec4* texels, Eight i, Vec4Of<Float8> x) {
   const __m256 xy = _mm256_unpacklo_ps(x.x.lanes, x.y.lanes), more_xy = _mm256_unpackhi_ps(x.x.lanes, x.y.lanes);

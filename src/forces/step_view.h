@@ -137,6 +137,10 @@ struct FieldBox {
 };
 inline constexpr float kFieldScale = 65535, kFieldFloor = 2048, kFieldFall = 16;
 
+/// Range of the relative area of a vertex: its area divided by that of a vertex of a regular lattice with the mean edge
+/// length of the mesh, kLatticeArea * edge^2. The limits bound the masses of needle-shaped and very large cells.
+inline constexpr float kMinRelativeArea = 0.25f, kMaxRelativeArea = 4, kLatticeArea = 1.2990381f;  // 3 sqrt(3) / 4
+
 /// Constants of a mesh, read by the kernels.
 struct MeshConstants {
   ForceParameters forces;
@@ -151,12 +155,19 @@ struct MeshConstants {
   int strongest;         ///< force with the largest weight, reported as the default cause of a failure
   float voxel_mm;        ///< smallest spacing of the volume, the unit "voxel" of parameters
   float edge_mm;         ///< mean edge length at the creation or last refinement of the mesh
+  float area_in_mass, area_in_force;     ///< SimulationParameters
   float intensity_low, intensity_scale;  ///< (intensity - low) * scale lies in [0, 1] in the region model
   int region_table;                      ///< offset of the log-likelihood ratios in StepView::region_tables; -1: none
   FieldBox field;
   int finest;                    ///< 0 while the mesh will be refined further
   int first_point, point_count;  ///< range of the mesh's attraction points
 
+  /// Relative area of a vertex with this area (mm^2).
+  template <class R>
+  SIMPLEXSEG_HD R relative_area(R area) const {
+    return smaller(larger((1.0f / (kLatticeArea * edge_mm * edge_mm)) * area, R(kMinRelativeArea)),
+                   R(kMaxRelativeArea));
+  }
   /// Value of parameter `p` of force F.
   template <class F>
   SIMPLEXSEG_HD float value(typename F::Parameter p) const {
@@ -282,6 +293,8 @@ struct StepView {
   Texels<Vec4> frame;          ///< unit normal, elevation over area h / S (1/mm) of the current positions
   Vec4* new_frame = nullptr;   ///< frames that the geometry kernel writes
   float* ring_sums = nullptr;  ///< sum of the three neighbours' h / S (1/mm) for each vertex; nullptr on a device
+  float* areas = nullptr;      ///< area of each vertex, mm^2: of the triangle of its neighbours; nullptr: not used
+  float* masses = nullptr;     ///< mass of each vertex; nullptr: unit masses
   Texels<Vec4> shape;          ///< reference of the shape memory force: e1, e2, h_ref (mm), S_ref (mm^2)
   /// Targets of each force that has targets: position (mm) and confidence per vertex. The confidence is at least 0 and
   /// at most the stability bound of the force.

@@ -87,6 +87,23 @@ struct SumRings {
   }
 };
 
+/// Computes the area of each vertex, that of the triangle of its neighbours (mm^2), which on a regular lattice is the
+/// vertex's share of the surface, and its mass. Runs only if steps use them (SimulationParameters::uses_areas()).
+struct VertexMasses {
+  static constexpr const char* name = "areas and masses";
+  StepView v;
+  template <class I>
+  SIMPLEXSEG_HD void operator()(I i) const {
+    using R = Real<I>;
+    const auto nb = v.neighbours[i];
+    const MeshConstants& m = v.meshes[nb.w];
+    const Vec3Of<R> p1 = xyz(v.current[nb.x]);
+    const R area = 0.5f * norm(cross(xyz(v.current[nb.y]) - p1, xyz(v.current[nb.z]) - p1));
+    store(v.areas, i, area);
+    store(v.masses, i, 1.0f + m.area_in_mass * (m.relative_area(area) - 1.0f));
+  }
+};
+
 /// Unit of work that ends with a step. The last step of a batch or interval stores |f|^2 in w of `oldest`, for
 /// BlockMotion. The last step of an interval stores m . (z - z') in w of `next` (MeshMotion::change); every other step
 /// stores its own m . z there, so that the estimates of the solver do not depend on the number of steps in a call.
@@ -200,6 +217,9 @@ struct IntegrateKernel {
       const auto has_force = stiffness > 0.0f;
       from = choose(has_force, q, p);
       if (form == StepForm::Scaled) z = choose(has_force, (1.0f / stiffness) * sum, sum);
+    } else if (v.masses != nullptr) {
+      const R force = 1.0f + m.area_in_force * (m.relative_area(load(v.areas, i)) - 1.0f);
+      z = (force / load(v.masses, i)) * sum;
     }
     const auto valid = vertex_step.apply(c, limit, i, here, from, sum, z);
     if (all(valid)) return;

@@ -76,9 +76,10 @@ class LoadedMeshes {
   void allocate_needed_arrays(bool has_volume) {
     std::vector<MeshNeeds> meshes;
     for (std::size_t k = 0; k < meshes_.size(); ++k) meshes.push_back(forces_.needs_of_mesh(k, meshes_[k]));
-    const StepNeeds needs = needs_of(meshes, has_volume, forces_.point_count());
+    const StepNeeds needs = needs_of(meshes, simulation_, has_volume, forces_.point_count());
     if (needs_levels()) levels_.allocate(meshes_.all(), meshes_.neighbours());
     if (needs_tiles(needs)) tiles_.allocate(meshes_.neighbours()), meshes_.allocate_second_frame(phase_.frame);
+    if (needs.areas) meshes_.allocate_areas();
     supervision_.allocate(meshes_);
     forces_.allocate(needs, kBuiltForces & needs.forces, meshes_);
     needs_ = needs;
@@ -183,18 +184,19 @@ class LoadedMeshes {
                        [&](const ForceInfo& force) { return needs.acts(force.id); });
   }
   bool needs_levels() const { return supervision_.corrected() && meshes_.vertex_count() > 0; }
-  /// True if some steps can use tiles: few active vertices, no multigrid cycle, no attraction, and no search for
-  /// targets in every step.
+  /// True if some steps can use tiles: few active vertices, no multigrid cycle, no areas, no attraction, and no
+  /// search for targets in every step.
   bool needs_tiles(const StepNeeds& needs) const {
     if (!Executor::kTiles || meshes_.vertex_count() > kMaxVerticesWithTiles) return false;
     int count = 0;
     for (std::size_t k = 0; k < meshes_.size(); ++k) count += acts(k) ? meshes_[k].vertex_count : 0;
-    return count > 0 && count <= kMaxTiledVertices && !needs_levels() &&
+    return count > 0 && count <= kMaxTiledVertices && !needs_levels() && !needs.areas &&
            !(needs.searches() && refresh_interval() == 1) && (needs.forces & kBuiltForces & kPullingForces) == 0;
   }
   void release_unneeded() {
     forces_.release_unneeded(needs_, kBuiltForces & needs_.forces);
     supervision_.release_unneeded();
+    if (!needs_.areas) meshes_.release_areas();
     if (!needs_levels() || !levels_.allocated()) levels_.release();
     if (!needs_tiles(needs_) || !tiles_.allocated()) tiles_.release(), meshes_.release_second_frame(phase_.frame);
   }

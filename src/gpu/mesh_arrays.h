@@ -144,6 +144,9 @@ class MeshArrays {
     return boxes_[k].isEmpty() ? 0.0 : boxes_[k].center().cwiseAbs().maxCoeff();
   }
 
+  void allocate_areas() { areas_.resize(vertex_count_), masses_.resize(vertex_count_); }
+  void release_areas() { areas_.resize(0), masses_.resize(0); }
+
   // Frames are stored in one array, which a step updates in place, or in two: a step then reads the current array and
   // writes the other one. `at`: index of the current array.
   void allocate_second_frame(int at) {
@@ -171,12 +174,14 @@ class MeshArrays {
     view.next = positions_[(oldest + 2) % 3].data(), view.oldest = positions_[oldest].data();
     Array<Vec4>& frame = frames_[frames_[1].size() != 0 ? frame_at : 0];
     view.frame = frame.texels(), view.new_frame = frame.data();
+    view.areas = areas_.data(), view.masses = masses_.data();
   }
   /// Calls add(name, arrays...) for each group of arrays.
   template <class Add>
   void list_arrays(Add&& add) const {
     add("positions", positions_[0], positions_[1], positions_[2]);
-    add("neighbours", neighbours_), add("frame", frames_[0], frames_[1]), add("mesh constants", device_constants_);
+    add("neighbours", neighbours_), add("frame", frames_[0], frames_[1]);
+    add("areas", areas_), add("masses", masses_), add("mesh constants", device_constants_);
   }
 
  private:
@@ -189,6 +194,7 @@ class MeshArrays {
   std::vector<Int4> neighbours_host_;
   typename Executor::NeighbourArray neighbours_;
   Array<Vec4> positions_[3], frames_[2];
+  Array<float> areas_, masses_;
 };
 
 }  // namespace simplexseg

@@ -264,6 +264,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     else
       launcher_.run_concurrently(geometry, n, SumAttraction{view_}, view_.attraction.count);
     if (Executor::kSumsRings && active(SmoothingForce::id)) run(SumRings{view_});
+    if (needs_.areas) run(VertexMasses{view_});
     if (refresh) find_targets(attract);
     if (levels_.allocated()) {
       if (refresh || phase_.stiffness_due) find_stiffness();
@@ -304,6 +305,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     for (std::size_t k = 0; k < meshes_.size(); ++k) {
       MeshConstants& c = meshes_[k];
       c.forces = requested_[k];
+      c.area_in_mass = simulation.area_in_mass, c.area_in_force = simulation.area_in_force;
       const float voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
       const Stiffness stiffness = set_active_forces(c, forces_.needs_of_mesh(k, c), forces_.shape_of(k, c), voxel_mm);
       internal = internal || stiffness.internal > 0;

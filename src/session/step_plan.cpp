@@ -32,7 +32,7 @@ class PlanBuilder {
       if (field) field_values_ += expected_field_cells(item, volume);
     }
     for (const UserPoint& point : scene.points) points_ += point.kind == MarkKind::Boundary;
-    needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
+    needs_ = needs_of(meshes_, scene.simulation, !volume.empty(), static_cast<int>(points_));
     for (const MeshItem& item : scene.meshes) {
       SolverControl control;
       control.start(scene.simulation, stiffness_of(meshes_[&item - scene.meshes.data()].forces, item.shape),
@@ -112,6 +112,8 @@ class PlanBuilder {
                     : always,
           tiles);
     array("ring sums", sums_rings(), why_ring_sums(), n * sizeof(float));
+    array("areas", any && needs_.areas, any ? why_areas() : always, n * sizeof(float));
+    array("masses", any && needs_.areas, any ? why_areas() : always, n * sizeof(float));
     array("shape reference", needs_.uses(ForceId::ShapeMemory), why(ForceId::ShapeMemory), n * kTexel);
     for (const ForceInfo& force : force_list())
       if (force.targets != nullptr) array(force.targets, needs_.uses(force.id), why(force.id), n * kTexel);
@@ -170,6 +172,11 @@ class PlanBuilder {
     return sums_rings() || !needs_.uses(ForceId::Smoothing) ? why(ForceId::Smoothing)
                                                             : "a device reads both rings while it smooths";
   }
+  std::string why_areas() const {
+    return needs_.areas                                   ? "masses or forces depend on the areas of the vertices"
+           : scene_.simulation.solver() == Solver::Verlet ? "area_in_mass and area_in_force are 0"
+                                                          : "only the verlet solver uses masses";
+  }
   std::string why_not_averaged() const { return "averaging and local share of evidence are 0"; }
   std::string why_not_local() const {
     return "no mesh on its finest level has a local share of evidence from intensities";
@@ -190,6 +197,7 @@ class PlanBuilder {
 
     kernel("geometry", any, always, n * (3 * kTexel));
     kernel("ring sums", sums_rings(), why_ring_sums(), n * (kTexel + sizeof(float)));
+    kernel("areas and masses", any && needs_.areas, any ? why_areas() : always, n * (3 * kTexel + 2 * sizeof(float)));
     const bool local = any && needs_.local_statistics;
     each_force([&]<class F>(F) {
       if constexpr (HasTargets<F>) {

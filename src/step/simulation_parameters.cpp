@@ -17,13 +17,21 @@ constexpr struct {
       "an additional multigrid cycle (multigrid), or the faster of the last two (automatic).",
       ParameterKind::Choice, "automatic|verlet|damped|multigrid"}},
     {&SimulationParameters::timestep,
-     {"timestep", 1.0f, 0.001f, 10, "", "Timestep of the verlet solver; forces act as accelerations of unit masses."}},
+     {"timestep", 1.0f, 0.001f, 10, "",
+      "Timestep of the verlet solver; forces act as accelerations of unit masses, "
+      "unless area_in_mass is above 0."}},
     {&SimulationParameters::damping,
      {"damping", 0.9f, 0, 1, "", "Share of the velocity lost in one step of the verlet solver."}},
     {&SimulationParameters::limit_timestep,
      {"limit_timestep", 1, 0, 1, "",
       "Limits the timestep of the verlet solver to 90% of the stability bound of each mesh.", ParameterKind::Choice,
       "off|on"}},
+    {&SimulationParameters::area_in_mass,
+     {"area_in_mass", 0, 0, 1, "",
+      "Share of the mass of a vertex that is proportional to its area, in the verlet solver; 0: unit masses."}},
+    {&SimulationParameters::area_in_force,
+     {"area_in_force", 0, 0, 1, "",
+      "Share of the force on a vertex that is proportional to its area, in the verlet solver; 0: independent of it."}},
     {&SimulationParameters::refresh_interval,
      {"refresh_interval", 3, 1, 50, "steps", "Steps between two updates of image targets and attraction bindings.",
       ParameterKind::Integer}},
@@ -68,7 +76,8 @@ bool has_effect(const SimulationParameters& parameters, int index) {
   if (parameters.solver() == Solver::Verlet) return true;
   const auto member = kParameters[index].member;
   return member != &SimulationParameters::timestep && member != &SimulationParameters::damping &&
-         member != &SimulationParameters::limit_timestep;
+         member != &SimulationParameters::limit_timestep && member != &SimulationParameters::area_in_mass &&
+         member != &SimulationParameters::area_in_force;
 }
 
 }  // namespace simplexseg

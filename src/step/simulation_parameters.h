@@ -15,6 +15,8 @@ struct SimulationParameters {
   float timestep;
   float damping;
   float limit_timestep;
+  float area_in_mass;
+  float area_in_force;
   float refresh_interval;
   float start_vertices;
   float final_vertices;
@@ -28,6 +30,8 @@ struct SimulationParameters {
     return solver() == Solver::Automatic || solver() == Solver::Multigrid ||
            (solver() == Solver::Verlet && limit_timestep < 0.5f);
   }
+  /// True if steps use the areas of the vertices and their masses (docs/mathematics.md, section 3).
+  bool uses_areas() const { return solver() == Solver::Verlet && (area_in_mass > 0 || area_in_force > 0); }
   Solver solver() const { return static_cast<Solver>(static_cast<int>(solver_choice + 0.5f)); }
 };
 std::span<const ParameterInfo> simulation_table();

@@ -29,7 +29,12 @@ float stiffness_bound(const ForceParameters& forces, std::span<const Vec4> shape
 /// (docs/mathematics.md, section 3). Infinite if `stiffness` is 0.
 float stable_timestep(float stiffness, float damping);
 
+/// Upper bound of the factor by which areas and masses increase the acceleration of a vertex: 1 without them
+/// (docs/mathematics.md, section 3).
+float acceleration_bound(const SimulationParameters& simulation);
+
 /// Timestep of the verlet solver: the selected one, limited to 90% of stable_timestep() unless limit_timestep is off.
+/// Includes acceleration_bound().
 float effective_timestep(const SimulationParameters& simulation, float stiffness);
 
 }  // namespace simplexseg

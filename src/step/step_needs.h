@@ -7,6 +7,7 @@
 #include <span>
 
 #include "forces/force_list.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 
@@ -41,6 +42,7 @@ struct StepNeeds {
   bool fields = false, region_tables = false;  ///< sources of evidence in use
   int averaging_passes = 0;                    ///< largest number of averaging passes over evidence targets
   int profile_stride = 0;                      ///< values per reference profile
+  bool areas = false;                          ///< true if steps use areas and masses of the vertices
   int motion_sums = 0;                         ///< number of calls of the motion kernel
   int nearest_blocks = 0;                      ///< number of blocks of kNearestBlock vertices in the largest mesh
   bool operator==(const StepNeeds&) const = default;
@@ -52,8 +54,10 @@ struct StepNeeds {
   bool averages() const { return averaging_passes > 0 || local_statistics; }
 };
 
-inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, int point_count) {
+inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, const SimulationParameters& simulation, bool has_volume,
+                          int point_count) {
   StepNeeds needs;
+  needs.areas = simulation.uses_areas() && !meshes.empty();
   int largest = 0;
   for (const MeshNeeds& m : meshes) needs.fixed_targets |= m.fixed_targets;
   for (const MeshNeeds& m : meshes) {

@@ -111,6 +111,14 @@ TEST(EightVertices, EveryBranchOfAForce) {
               "evidence " + std::to_string(source) + " " + std::to_string(local) + " " + std::to_string(samples));
 }
 
+TEST(EightVertices, AreasAndMasses) {
+  TestScene scene = three_meshes(with(kAll));
+  for (TestMesh& mesh : scene.meshes)
+    for (Eigen::Vector3f& p : mesh.mesh.positions) p[2] *= 2;
+  scene.simulation.area_in_mass = 0.7f, scene.simulation.area_in_force = 0.4f;
+  expect_equal_bits(scene, 40, "areas in masses and forces");
+}
+
 TEST(EightVertices, EverySolver) {
   for (const Solver solver : {Solver::Verlet, Solver::Automatic, Solver::Damped, Solver::Multigrid}) {
     TestScene scene = three_meshes(with(kAll));

@@ -2,8 +2,11 @@
 // Comparison of the stability bound (docs/mathematics.md, section 3) with the engine.
 #include "step/stability.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "mesh/mesh_geometry.h"
 #include "step/simulation_parameters.h"
 #include "study/stability_limits.h"
 #include "support/engine_fixture.h"
@@ -80,6 +83,57 @@ TEST_P(StabilityTest, AnUndampedModeHasThePeriodOfTheDiscreteOscillator) {
   }
 }
 
+TEST_P(StabilityTest, AModeHasThePeriodOfItsMassAndItsShareOfTheForce) {
+  constexpr double kStiffness = 0.1;  // k dt^2
+  double smallest = 1, largest = 1;
+  for (const int vertex : {7, 40})
+    for (const auto& [in_mass, in_force] : {std::pair{1.0f, 0.0f}, {0.0f, 1.0f}, {0.5f, 1.0f}, {1.0f, 1.0f}}) {
+      TestScene scene = one_oscillator(static_cast<float>(kStiffness));
+      SimplexMesh& mesh = scene.meshes[0].mesh;
+      for (Eigen::Vector3f& p : mesh.positions) p = {p[0], p[1], 3 * p[2]};
+      const Eigen::Vector3d c = 1.0005 * mesh.positions[vertex].cast<double>();
+      scene.points[0].position_mm = c;
+      scene.simulation = simulation(1, 0);
+      scene.simulation.area_in_mass = in_mass, scene.simulation.area_in_force = in_force;
+      const auto& nb = mesh.neighbours[vertex];
+      const auto corner = [&](int k) { return mesh.positions[nb[k]].cast<double>().eval(); };
+      const double area = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm(),
+                   edge = mean_edge_mm(mesh.positions, mesh.neighbours),
+                   relative = std::clamp(area / (0.75 * std::sqrt(3.0) * edge * edge), 0.25, 4.0);
+      const double factor = (1 + in_force * (relative - 1)) / (1 + in_mass * (relative - 1));
+      smallest = std::min(smallest, factor), largest = std::max(largest, factor);
+      const Eigen::Vector3d start = mesh.positions[vertex].cast<double>() - c;
+      const auto engine = make_engine();
+      load(*engine, scene);
+      const double omega = std::acos(1 - 0.5 * factor * kStiffness);
+      double worst = 0;
+      for (int n = 1; n <= 100; ++n) {
+        engine->step(1);
+        const double x = (positions_of(*engine, scene)[vertex].cast<double>() - c).dot(start) / start.squaredNorm();
+        worst = std::max(worst, std::abs(x - std::cos(omega * (n + 0.5)) / std::cos(0.5 * omega)));
+      }
+      EXPECT_LT(worst, 0.05) << "vertex " << vertex << ", shares " << in_mass << " and " << in_force << ", factor "
+                             << factor;
+    }
+  EXPECT_LT(smallest, 0.7);
+  EXPECT_GT(largest, 1.4);
+}
+
+TEST_P(StabilityTest, TheLimitIncludesAreasAndMasses) {
+  // Elongated cells: with areas in the forces, the limit for unit masses is too long.
+  for (const auto& [in_mass, in_force] : {std::pair{1.0f, 0.0f}, {0.0f, 1.0f}, {1.0f, 1.0f}}) {
+    TestScene scene = busy_scene(3, 10);
+    for (const ForceInfo& force : force_list())
+      weight_of(scene.meshes[0].forces, force.id) = force.parameters[0].maximum;
+    for (Eigen::Vector3f& p : scene.meshes[0].mesh.positions) p = {p[0], 0.5f * p[1], 1.5f * p[2]};
+    scene.simulation = limited(10, 0.9f, 3);
+    scene.simulation.area_in_mass = in_mass, scene.simulation.area_in_force = in_force;
+    double farthest = 0;
+    for (const Eigen::Vector3f& p : run(scene, 500)) farthest = std::max(farthest, static_cast<double>(p.norm()));
+    EXPECT_LT(farthest, 60) << "shares " << in_mass << " and " << in_force;
+  }
+}
+
 TEST_P(StabilityTest, TheLimitKeepsExtremeWeightsBounded) {
   for (float damping : {0.1f, 0.9f})
     for (float timestep : {1.0f, 10.0f}) {
@@ -103,6 +157,14 @@ TEST_P(StabilityTest, TheLimitIsNineTenthsOfTheBound) {
   s.timestep = 10, s.limit_timestep = 0;
   EXPECT_EQ(effective_timestep(s, 2), 10);
   EXPECT_TRUE(std::isinf(stable_timestep(0, 0.3f)));
+  // A mass is at least 0.25, a force at most fourfold.
+  s = limited(10, 0.3f);
+  s.area_in_mass = 1;
+  EXPECT_NEAR(effective_timestep(s, 2), 0.9 * std::sqrt(3.4 / 8), 1e-6);
+  s.area_in_mass = 0, s.area_in_force = 0.5f;
+  EXPECT_NEAR(effective_timestep(s, 2), 0.9 * std::sqrt(3.4 / 5), 1e-6);
+  s.area_in_mass = 0.5f;
+  EXPECT_NEAR(effective_timestep(s, 2), 0.9 * std::sqrt(3.4 / 2), 1e-6);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // The plan lists exactly the arrays and kernels of the engine.
 #include "session/step_plan.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -68,6 +69,38 @@ TEST_P(StepPlanTest, EachForceAlone) {
       if (with_point) scene.meshes[0].id = 1, scene.points.push_back({2, 1, {0, 0, 21}});
       check(*opened(scene, phantom("sphere").image), std::string(force.name) + (with_point ? " with a point" : ""));
     }
+}
+
+TEST_P(StepPlanTest, AreasAndMassesOnlyWhereTheyAreUsed) {
+  ForceParameters forces = weightless();
+  weight_of(forces, ForceId::Smoothing) = 0.3f;
+  for (float SimulationParameters::*share :
+       {&SimulationParameters::area_in_mass, &SimulationParameters::area_in_force}) {
+    Scene scene = scene_with(forces);
+    const auto needed = [](Session& session) {
+      const StepPlan plan = session.plan();
+      return std::count_if(plan.items.begin(), plan.items.end(), [](const StepPlan::Item& item) {
+        return item.needed && (item.name == "areas" || item.name == "masses" || item.name == "areas and masses");
+      });
+    };
+    EXPECT_EQ(needed(*opened(scene, {})), 0);
+    scene.simulation.*share = 0.5f;
+    const auto session = opened(scene, {});
+    check(*session, "with areas");
+    EXPECT_EQ(needed(*session), 3);
+    scene.simulation.solver_choice = static_cast<float>(Solver::Automatic);
+    const auto automatic = opened(scene, {});
+    check(*automatic, "solver automatic");
+    EXPECT_EQ(needed(*automatic), 0);
+    // The arrays are released when the shares become 0.
+    SetParameters without{0, scene.meshes[0].parameters, session->scene().simulation};
+    (*without.simulation).*share = 0;
+    session->apply(without);
+    session->advance_steps(4);
+    EXPECT_EQ(needed(*session), 0);
+    for (const Engine::AllocatedArray& array : session->engine().allocated_arrays())
+      EXPECT_TRUE(array.bytes == 0 || (array.name != "areas" && array.name != "masses")) << array.name;
+  }
 }
 
 TEST_P(StepPlanTest, AllForcesOnSeveralMeshes) {
