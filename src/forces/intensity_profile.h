@@ -33,6 +33,8 @@ struct IntensityProfileForce {
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
   /// Number of values in the reference profile of a vertex.
+  /// Whether reference profiles recorded for other values of this parameter do not fit.
+  static constexpr bool changes_profiles(int parameter) { return parameter == half_length || parameter == spacing; }
   static constexpr int profile_length(const ForceParameters& p) { return 2 * p.integer(id, half_length) + 1; }
   /// True if the recorded profiles have the current length.
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {

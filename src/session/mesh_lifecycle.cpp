@@ -54,12 +54,17 @@ void restart(MeshItem& item, const SimulationParameters& simulation, const Volum
   item.rebuilt = item.start.has_value() || has_shape, item.fit = {};
   item.solver = {}, item.sleep = {};
   item.region = region_of(item, volume);
-  if (!item.model_profiles || volume.empty()) return;
+  renew_model_profiles(item, volume);
+}
+
+bool renew_model_profiles(MeshItem& item, const Volume& volume) {
+  if (!item.model_profiles || volume.empty()) return false;
   try {
     use_model_profiles(item, volume);
-  } catch (const Error&) {  // parameters have changed, and need other profiles: a reset must succeed all the same
-    item.model_profiles = false;
+  } catch (const Error&) {
+    item.profiles.clear();
   }
+  return true;
 }
 
 void complete(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {

@@ -28,6 +28,10 @@ void record_profiles(MeshItem& item, const Volume& volume);
 /// restart. Throws Error without a volume, for a mesh that does not have the vertices of its model, refined or not, and
 /// for parameters of the force with longer profiles.
 void use_model_profiles(MeshItem& item, const Volume& volume);
+/// Calls use_model_profiles() for a mesh with MeshItem::model_profiles, after a change of its vertices or of the
+/// parameters of the force. Without profiles of the model for them, the mesh has none. Returns whether the profiles may
+/// have changed.
+bool renew_model_profiles(MeshItem& item, const Volume& volume);
 
 /// Whether the evidence force of a mesh has a weight above 0 and uses a field; false without a volume.
 bool uses_field(const MeshItem& item, const Volume& volume);

@@ -154,8 +154,14 @@ SceneChange SceneEditor::execute(const SetForceParameter& command) {
   if (command.parameter < 0 || command.parameter >= static_cast<int>(force.parameters.size()))
     throw Error(std::string("force ") + force.name, "it has no parameter of that index", "see its table");
   check_value(force.parameters[command.parameter], command.value, force.name);
-  for (MeshItem* item : items_of(command.mesh)) item->parameters.values[force_index][command.parameter] = command.value;
-  return {EngineUpdate::Parameters};
+  const bool other_samples =
+      command.force == ForceId::IntensityProfile && IntensityProfileForce::changes_profiles(command.parameter);
+  EngineUpdate update = EngineUpdate::Parameters;
+  for (MeshItem* item : items_of(command.mesh)) {
+    item->parameters.values[force_index][command.parameter] = command.value;
+    if (other_samples && renew_model_profiles(*item, volume_)) update = EngineUpdate::Meshes;
+  }
+  return {update};
 }
 
 SceneChange SceneEditor::execute(const SetSimulationParameter& command) {
@@ -394,9 +400,13 @@ SceneChange SceneEditor::execute(const SetParameters& command) {
   if (command.simulation)
     for (std::size_t p = 0; p < simulation_table().size(); ++p)
       check_value(simulation_table()[p], value_of(*command.simulation, static_cast<int>(p)), "simulation");
-  for (MeshItem* item : items_of(command.mesh)) item->parameters = command.forces;
+  EngineUpdate update = EngineUpdate::Parameters;
+  for (MeshItem* item : items_of(command.mesh)) {
+    item->parameters = command.forces;
+    if (renew_model_profiles(*item, volume_)) update = EngineUpdate::Meshes;
+  }
   if (command.simulation) scene_.simulation = *command.simulation;
-  return {EngineUpdate::Parameters};
+  return {update};
 }
 
 MeshItem& SceneEditor::item_of(ItemId mesh) {

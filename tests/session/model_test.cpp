@@ -191,6 +191,38 @@ TEST(ModelProfiles, StayWithResetsLevelsUndoAndReplay) {
   EXPECT_TRUE(first_mesh(*session).profiles.empty());
 }
 
+TEST(ModelProfiles, FollowTheParametersOfTheForce) {
+  const auto session = session_of_profiles(0);
+  const ItemId mesh = first_mesh(*session).id;
+  session->apply(RecordProfiles{mesh, true});
+  const std::vector<float> profiles = first_mesh(*session).profiles;
+  using Force = IntensityProfileForce;
+  const auto set = [&](int parameter, float value) {
+    session->apply(SetForceParameter{mesh, Force::id, parameter, value});
+  };
+  const float half = first_mesh(*session).parameters.values[static_cast<int>(Force::id)][Force::half_length];
+  set(Force::half_length, half - 1);
+  const std::vector<float> shorter = first_mesh(*session).profiles;
+  EXPECT_EQ(shorter.size() * (2 * half + 1), profiles.size() * (2 * half - 1));
+  session->apply(RecordProfiles{mesh, true});
+  EXPECT_EQ(first_mesh(*session).profiles, shorter) << "those that the command records";
+  // The model has no profiles of this length; then the force does not act.
+  set(Force::half_length, half), set(Force::spacing, 4);
+  EXPECT_TRUE(first_mesh(*session).profiles.empty());
+  session->advance_steps(5);
+  session->apply(Undo{});
+  EXPECT_EQ(first_mesh(*session).profiles, profiles) << "undo restores them";
+  session->apply(Redo{});
+  SetParameters all{mesh, first_mesh(*session).parameters, {}};
+  all.forces.values[static_cast<int>(Force::id)][Force::spacing] = 0.5f;
+  session->apply(all);
+  EXPECT_EQ(first_mesh(*session).profiles, profiles);
+  session->advance_steps(5);
+  const auto replayed = session_of_profiles(0);
+  replayed->replay(session->log(), session->steps_since_last_command());
+  EXPECT_TRUE(same_state(state_of(*session), state_of(*replayed)));
+}
+
 TEST(ModelProfiles, AreRefusedForOtherVerticesAndLongerProfiles) {
   const auto session = session_of_profiles(0);
   const ItemId mesh = first_mesh(*session).id;
