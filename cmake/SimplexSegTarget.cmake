@@ -17,6 +17,12 @@ if(SIMPLEXSEG_SANITIZE)
   target_compile_options(simplexseg_options INTERFACE
     $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-maybe-uninitialized>
     $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${SIMPLEXSEG_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer>)
+  if(SIMPLEXSEG_SANITIZE MATCHES undefined)
+    # These checks accompany every use of a reference and cost a third of the compile time. The address sanitizer finds what matters of
+    # them: accesses through null and dangling pointers.
+    target_compile_options(simplexseg_options INTERFACE
+      $<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize=null,alignment,object-size,vptr,nonnull-attribute,returns-nonnull-attribute>)
+  endif()
   target_link_options(simplexseg_options INTERFACE -fsanitize=${SIMPLEXSEG_SANITIZE})
 endif()
 
@@ -88,8 +94,16 @@ function(simplexseg_module_options target)
 endfunction()
 
 # simplexseg_module(NAME LIBRARIES...): library of all sources in src/NAME; LIBRARIES: modules that it uses.
+set(SIMPLEXSEG_BUILT_IN "" CACHE PATH "Build folder whose libraries of the modules below forces are linked, not compiled again")
 function(simplexseg_module name)
   cmake_parse_arguments(ARG "BIT_EXACT" "" "" ${ARGN})
+  set(library ${SIMPLEXSEG_BUILT_IN}/src/${name}/libsimplexseg_${name}.a)
+  if(SIMPLEXSEG_BUILT_IN AND EXISTS ${library} AND name MATCHES "^(core|mesh|image|field|model)$")
+    add_library(simplexseg_${name} STATIC IMPORTED GLOBAL)
+    set_target_properties(simplexseg_${name} PROPERTIES IMPORTED_LOCATION ${library})
+    target_link_libraries(simplexseg_${name} INTERFACE ${ARG_UNPARSED_ARGUMENTS})
+    return()
+  endif()
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   add_library(simplexseg_${name} STATIC ${sources})
   target_link_libraries(simplexseg_${name} PUBLIC ${ARG_UNPARSED_ARGUMENTS})
@@ -100,47 +114,59 @@ function(simplexseg_module name)
   endif()
 endfunction()
 
-# simplexseg_tests(NAME SOURCES... LIBRARIES... [ALONE FILTER] [SHARDS N]): a GoogleTest program. ctest has two sets of tests: each case
-# separately (label case), for developers, and N shards of all cases (ctest -C Shards; label shard; default 2), which scripts/test
-# runs: most cases take less time than the start of a process. FAST_TO_COMPILE: compiles at -O1, for tests
-# that need little time themselves. OWN_HEADERS: does not use the shared precompiled headers. Cases of FILTER (syntax of
-# --gtest_filter) run serially.
+# A display has one keyboard: tests that need it have a display of their own, or run serially where xvfb-run is missing.
+find_program(SIMPLEXSEG_XVFB_RUN xvfb-run)
+mark_as_advanced(SIMPLEXSEG_XVFB_RUN)
+if(SIMPLEXSEG_XVFB_RUN)
+  set(SIMPLEXSEG_OWN_DISPLAY env QT_QPA_PLATFORM=xcb ${SIMPLEXSEG_XVFB_RUN} -a -s "-screen 0 1920x1080x24 -noreset")
+  set(SIMPLEXSEG_SERIAL OFF)
+else()
+  set(SIMPLEXSEG_OWN_DISPLAY)
+  set(SIMPLEXSEG_SERIAL ON)
+endif()
+
+# simplexseg_tests(NAME SOURCES... LIBRARIES... [KEYBOARD FILTER] [SHARDS N]): a GoogleTest program. ctest has two sets of tests: each
+# case separately (label case), for developers, and N shards of all cases (ctest -C Shards; label shard; default 2), which
+# scripts/test runs: most cases take less time than the start of a process. Tests are compiled at -O1, since they need little
+# time themselves. OWN_HEADERS: does not use the shared precompiled headers. Cases of FILTER (syntax of --gtest_filter) need
+# the keyboard of their display.
 function(simplexseg_tests name)
-  cmake_parse_arguments(ARG "FAST_TO_COMPILE;OWN_HEADERS" "ALONE;SHARDS" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "OWN_HEADERS" "KEYBOARD;SHARDS" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES} ${CMAKE_SOURCE_DIR}/tests/locale/set_locale.cpp)
   if(SIMPLEXSEG_BATCHES)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 5)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
   endif()
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} simplexseg_options GTest::gtest_main)
-  if(ARG_FAST_TO_COMPILE)
-    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
-    simplexseg_share_precompiled(${name} simplexseg_test_headers_o1)
-  elseif(NOT ARG_OWN_HEADERS)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(NOT ARG_OWN_HEADERS)
     simplexseg_share_precompiled(${name} simplexseg_test_headers)
   endif()
   include(GoogleTest)
   set(cases DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name}_case)
-  if(ARG_ALONE)
-    set(others TEST_FILTER -${ARG_ALONE})
-    gtest_discover_tests(${name} TEST_LIST ${name}_ALONE TEST_FILTER ${ARG_ALONE} ${cases} RUN_SERIAL ON)
-    simplexseg_shard(${name} ${name}_shard_alone 0 1 --gtest_filter=${ARG_ALONE})
-    set_tests_properties(${name}_shard_alone PROPERTIES RUN_SERIAL ON)
-    set(but --gtest_filter=-${ARG_ALONE})
-  endif()
-  gtest_discover_tests(${name} ${others} ${cases})
   if(NOT ARG_SHARDS)
     set(ARG_SHARDS 2)
   endif()
   math(EXPR last "${ARG_SHARDS} - 1")
+  if(ARG_KEYBOARD)
+    set(others TEST_FILTER -${ARG_KEYBOARD})
+    gtest_discover_tests(${name} TEST_LIST ${name}_KEYBOARD TEST_FILTER ${ARG_KEYBOARD} ${cases} RUN_SERIAL ON)
+    foreach(k RANGE ${last})
+      simplexseg_shard(${name} keyboard_shard_${k} ${k} ${ARG_SHARDS} ${SIMPLEXSEG_OWN_DISPLAY} $<TARGET_FILE:${name}> --gtest_filter=${ARG_KEYBOARD})
+      set_tests_properties(${name}_keyboard_shard_${k} PROPERTIES RUN_SERIAL ${SIMPLEXSEG_SERIAL} COST 200)
+    endforeach()
+    set(but --gtest_filter=-${ARG_KEYBOARD})
+  endif()
+  gtest_discover_tests(${name} ${others} ${cases})
   foreach(k RANGE ${last})
-    simplexseg_shard(${name} ${name}_shard_${k} ${k} ${ARG_SHARDS} ${but})
+    simplexseg_shard(${name} shard_${k} ${k} ${ARG_SHARDS} $<TARGET_FILE:${name}> ${but})
   endforeach()
 endfunction()
 
-# simplexseg_shard(PROGRAM NAME INDEX COUNT ARGUMENTS...): adds part INDEX of COUNT of the cases of a program as one test, which
-# writes its results to results/NAME.xml.
+# simplexseg_shard(PROGRAM NAME INDEX COUNT COMMAND...): adds part INDEX of COUNT of the cases of a program, which COMMAND starts, as
+# the test PROGRAM_NAME, which writes its results to results/PROGRAM_NAME.xml.
 function(simplexseg_shard program name index count)
-  add_test(NAME ${name} CONFIGURATIONS Shards COMMAND ${program} --gtest_brief=1 --gtest_output=xml:${CMAKE_BINARY_DIR}/results/${name}.xml ${ARGN})
-  set_tests_properties(${name} PROPERTIES TIMEOUT 1800 LABELS "${program};shard"
+  set(test ${program}_${name})
+  add_test(NAME ${test} CONFIGURATIONS Shards COMMAND ${ARGN} --gtest_brief=1 --gtest_output=xml:${CMAKE_BINARY_DIR}/results/${test}.xml)
+  set_tests_properties(${test} PROPERTIES TIMEOUT 1800 LABELS "${program};shard"
     ENVIRONMENT "GTEST_SHARD_INDEX=${index};GTEST_TOTAL_SHARDS=${count}")
 endfunction()

@@ -6,16 +6,11 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "support/empty_mask.h"
 
 namespace simplexseg {
 namespace {
 
-Mask empty(std::array<int, 3> size, Eigen::Vector3d spacing_mm = {1, 1, 1}) {
-  VolumeGeometry geometry;
-  geometry.size = size;
-  geometry.spacing_mm = spacing_mm;
-  return {geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
-}
 void fill(Mask& mask, std::array<int, 3> first, std::array<int, 3> last) {
   const auto& size = mask.geometry.size;
   for (int k = first[2]; k <= last[2]; ++k)
@@ -24,7 +19,7 @@ void fill(Mask& mask, std::array<int, 3> first, std::array<int, 3> last) {
 }
 
 TEST(RobotUser, ClicksIntoTheMiddleOfTheLargestError) {
-  Mask truth = empty({20, 20, 20}), now = truth;
+  Mask truth = empty_mask({20, 20, 20}), now = truth;
   EXPECT_FALSE(worst_error(truth, now));
   fill(truth, {2, 2, 2}, {6, 6, 6});
   fill(now, {12, 12, 12}, {14, 14, 14});
@@ -40,7 +35,7 @@ TEST(RobotUser, ClicksIntoTheMiddleOfTheLargestError) {
 }
 
 TEST(RobotUser, DepthIsInMillimetres) {
-  Mask mask = empty({20, 20, 9}, {1, 1, 5});
+  Mask mask = empty_mask({20, 20, 9}, {1, 1, 5});
   fill(mask, {3, 3, 3}, {13, 13, 5});
   const WorstError deepest = *deepest_voxel(mask);
   EXPECT_EQ(deepest.voxel, (std::array{8, 8, 4}));
@@ -48,7 +43,7 @@ TEST(RobotUser, DepthIsInMillimetres) {
 }
 
 TEST(RobotUser, SeparatesPartsThatShareNoFace) {
-  Mask mask = empty({10, 10, 10});
+  Mask mask = empty_mask({10, 10, 10});
   fill(mask, {0, 0, 0}, {2, 2, 2});
   fill(mask, {3, 3, 3}, {6, 6, 6});  // touches the first only at a corner
   const Mask part = largest_part(mask);
@@ -56,7 +51,7 @@ TEST(RobotUser, SeparatesPartsThatShareNoFace) {
 }
 
 TEST(RobotUser, ReachOfAClickCountsChangesFartherThanThreeDepths) {
-  Mask before = empty({30, 10, 10}, {1, 1, 4}), after = before;
+  Mask before = empty_mask({30, 10, 10}, {1, 1, 4}), after = before;
   fill(before, {2, 2, 2}, {4, 4, 4});  // stays
   fill(after, {2, 2, 2}, {4, 4, 4});
   fill(after, {10, 5, 5}, {16, 5, 5});   // the click is at the first of these, and three depths are 6 mm
@@ -68,7 +63,7 @@ TEST(RobotUser, ReachOfAClickCountsChangesFartherThanThreeDepths) {
   const ClickReach near = reach_of_click(before, after, {10, 5, 5}, 2.7, 50);
   EXPECT_EQ(near.far_share, 0);
   EXPECT_EQ(reach_of_click(after, after, {10, 5, 5}, 2, 50).farthest_mm, 0);
-  EXPECT_THROW(reach_of_click(empty({5, 5, 5}), after, {1, 1, 1}, 2, 50), Error);
+  EXPECT_THROW(reach_of_click(empty_mask({5, 5, 5}), after, {1, 1, 1}, 2, 50), Error);
 }
 
 /// Segments exactly the marked balls.
@@ -78,7 +73,7 @@ class MarkedBalls : public RobotSubject {
 
   Mask segment(std::span<const Mark> marks) override {
     received.emplace_back(marks.begin(), marks.end());
-    Mask mask = empty({30, 30, 30});
+    Mask mask = empty_mask({30, 30, 30});
     std::size_t v = 0;
     for (int k = 0; k < 30; ++k)
       for (int j = 0; j < 30; ++j)
@@ -92,7 +87,7 @@ class MarkedBalls : public RobotSubject {
 };
 
 TEST(RobotUser, FollowsTheProtocol) {
-  Mask truth = empty({30, 30, 30});
+  Mask truth = empty_mask({30, 30, 30});
   fill(truth, {8, 8, 8}, {20, 20, 20});
   MarkedBalls subject;
   int calls = 0;
@@ -115,7 +110,7 @@ TEST(RobotUser, FollowsTheProtocol) {
   const RobotClick small = run_robot(truth, subject, {0, 0.5, 0.25}, [](int, const Mask&) {}).front();
   EXPECT_NEAR(small.mark.radius_mm, 3.5, 0.01);
   EXPECT_NEAR((small.mark.position_mm - Eigen::Vector3d(14, 14, 14)).norm(), 1.75, 0.01);
-  EXPECT_THROW(run_robot(empty({5, 5, 5}), subject, {}, [](int, const Mask&) {}), Error);
+  EXPECT_THROW(run_robot(empty_mask({5, 5, 5}), subject, {}, [](int, const Mask&) {}), Error);
 }
 
 }  // namespace

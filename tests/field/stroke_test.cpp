@@ -6,6 +6,7 @@
 #include "field/evidence_field.h"
 #include "field/robot_stroke.h"
 #include "image/paint_stroke.h"
+#include "support/empty_mask.h"
 
 namespace simplexseg {
 namespace {
@@ -75,16 +76,9 @@ TEST(Stroke, FixesEveryVoxelOnItsPath) {
   EXPECT_EQ(voxel(36), 1) << "the other end is not marked";
 }
 
-Mask empty(std::array<int, 3> size, Eigen::Vector3d spacing_mm = {1, 1, 1}) {
-  VolumeGeometry geometry;
-  geometry.size = size;
-  geometry.spacing_mm = spacing_mm;
-  return {geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
-}
-
 TEST(RobotStroke, FollowsTheMiddleOfAnErrorInTheSliceThatShowsMostOfIt) {
   // A flat, bent error in a slice k = 5: two arms of 5 voxels width.
-  Mask truth = empty({40, 40, 12}, {1, 1, 2});
+  Mask truth = empty_mask({40, 40, 12}, {1, 1, 2});
   const Mask now = truth;
   for (int n = 4; n < 36; ++n)
     for (int w = -2; w <= 2; ++w) {
@@ -106,15 +100,15 @@ TEST(RobotStroke, FollowsTheMiddleOfAnErrorInTheSliceThatShowsMostOfIt) {
 }
 
 TEST(RobotStroke, OfASingleVoxelStaysNearIt) {
-  Mask truth = empty({9, 9, 9});
+  Mask truth = empty_mask({9, 9, 9});
   truth.voxels[(std::size_t(4) * 9 + 4) * 9 + 4] = 1;
-  const std::vector<Eigen::Vector3d> path = stroke_in_error(truth, empty({9, 9, 9}), {{4, 4, 4}, 1, 1, true}, 3);
+  const std::vector<Eigen::Vector3d> path = stroke_in_error(truth, empty_mask({9, 9, 9}), {{4, 4, 4}, 1, 1, true}, 3);
   ASSERT_EQ(path.size(), 1u);
   EXPECT_LT((path[0] - at(4, 4, 4)).norm(), 0.8);
 }
 
 TEST(RobotLasso, SurroundsTheObjectOrWhatIsSurplus) {
-  Mask truth = empty({48, 48, 12}, {1, 1, 2});
+  Mask truth = empty_mask({48, 48, 12}, {1, 1, 2});
   Mask now = truth;
   const auto fill = [](Mask& mask, int i0, int i1, int j0, int j1) {
     for (int k = 4; k < 7; ++k)
@@ -133,7 +127,7 @@ TEST(RobotLasso, SurroundsTheObjectOrWhatIsSurplus) {
     EXPECT_LE(std::min({left, right, low, high}), 0.51) << at.transpose();
   }
   PaintStroke paint{true, lasso.contour_mm, 0, PaintBrush::contour(lasso.normal, 2)};
-  Mask enclosed = empty({48, 48, 12}, {1, 1, 2});
+  Mask enclosed = empty_mask({48, 48, 12}, {1, 1, 2});
   apply(paint, enclosed);
   EXPECT_NEAR(static_cast<double>(std::ranges::count(enclosed.voxels, 1)), 28 * 28, 40);
   EXPECT_EQ(lasso_at_error(truth, now, *worst_error(truth, now), 1)->contour_mm, lasso.contour_mm);

@@ -14,7 +14,7 @@ constexpr double kManyStepsTolerance = 0.05;  // mm, after 200 steps
 // The texture unit interpolates with weights of 8 bits, which shifts edges by up to some hundredths of a voxel.
 constexpr double kFilteredOneStep = 0.02, kFilteredManySteps = 0.1;
 
-TestScene scene_of(ForceId force) {
+TestScene scene_with_force(ForceId force) {
   TestScene scene = busy_scene();
   weight_of(scene.meshes[0].forces, force) = 0.5f;
   // |grad I| of the trilinear interpolant jumps from voxel to voxel; the derivative along the normal does not.
@@ -29,7 +29,7 @@ void compare(VolumeSampling sampling, double one_step, double many_steps) {
   if (!cuda_unavailable_reason().empty())
     GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   for (const ForceInfo& force : force_list()) {
-    const TestScene scene = scene_of(force.id);
+    const TestScene scene = scene_with_force(force.id);
     for (int steps : {1, 200}) {
       const double distance =
           largest_distance(run(*make_cuda_engine(sampling), scene, steps), run(*make_cpu_engine(), scene, steps));
@@ -54,7 +54,7 @@ TEST(CpuAgainstCuda, EvidenceFromAField) {
   if (!cuda_unavailable_reason().empty())
     GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   for (const int level : {3, 7}) {
-    TestScene scene = level == 3 ? scene_of(ForceId::Evidence) : busy_scene(level);
+    TestScene scene = level == 3 ? scene_with_force(ForceId::Evidence) : busy_scene(level);
     scene.meshes[0].forces =
         with({{"smoothing", "weight", 0.5f}, {"evidence", "weight", 0.5f}, {"evidence", "source", 0}});
     scene.simulation = limited(1, 0.9f, 3);
@@ -109,7 +109,7 @@ TEST(CpuAgainstCuda, ManyVerticesAreInsensitiveToRounding) {
 /// Justifies the tolerances of CpuAgainstCuda: a change of the last bits of the input changes the result by less.
 TEST(CpuAgainstCuda, TheSceneIsInsensitiveToRounding) {
   for (const ForceInfo& force : force_list()) {
-    const TestScene scene = scene_of(force.id);
+    const TestScene scene = scene_with_force(force.id);
     TestScene other = scene;
     other.meshes[0].mesh = with_noise(scene.meshes[0].mesh, 2e-6, 7);
     EXPECT_LE(largest_distance(run(*make_cpu_engine(), other, 1), run(*make_cpu_engine(), scene, 1)), kOneStepTolerance)

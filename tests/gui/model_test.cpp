@@ -22,14 +22,7 @@ class ModelMenuTest : public PausedPhantomTest {
  protected:
   void SetUp() override {
     PausedPhantomTest::SetUp();
-    const Volume& image = bench().session().volume();
-    const Mask sphere = mask_of(make_phantom("sphere", {}).labels, 1.0);
-    const std::vector<ModelCase> cases{{"sphere", image, sphere, {}}};
-    const TrainingSettings settings{.vertices = 200, .modes = 5};
-    ModelFile file;
-    file.organs.push_back(train_model(register_cases(cases, settings, run_serially()), settings, run_serially()));
-    write_model(path("sphere.model").toStdString(), file);
-    checksum_ = file.checksum;
+    checksum_ = write_sphere_model(path("sphere.model"));
   }
   QString path(const QString& name) const { return folder_.filePath(name); }
   ModelMenu& menu() { return *window_->findChild<ModelMenu*>(); }

@@ -25,7 +25,7 @@ const Slice kSlices[] = {{"axial", kX, -kY, "RLAP"}, {"sagittal", kY, kZ, "APSI"
 
 // Scene: a dark volume with a marker on each axis from the crosshair, towards the patient's left, back and head.
 constexpr int kSize[] = {60, 54, 48};
-constexpr double kBackground = 200, kMarker = 1000;
+constexpr double kBackgroundValue = 200, kMarker = 1000;
 const Eigen::Vector3d kCrosshair(26, 30, 21);  // voxels of 1 mm, the first at the origin
 constexpr double kAlong[] = {22, 15, 18};      // mm from the crosshair to the marker of each axis
 const Eigen::Vector3d kBall = kCrosshair + Eigen::Vector3d(-4, 3, -3);
@@ -37,7 +37,7 @@ Volume marked_volume() {
   geometry.size = {kSize[0], kSize[1], kSize[2]};
   Volume volume(geometry, VoxelType::Int16);
   const auto voxels = volume.voxels<std::int16_t>();
-  std::fill(voxels.begin(), voxels.end(), static_cast<std::int16_t>(kBackground));
+  std::fill(voxels.begin(), voxels.end(), static_cast<std::int16_t>(kBackgroundValue));
   for (int axis = 0; axis < 3; ++axis) {
     for (int n = 0; n < 27; ++n) {
       std::array<int, 3> at{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};

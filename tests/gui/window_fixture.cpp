@@ -10,6 +10,8 @@
 #include "gpu/backend.h"
 #include "gui/window/startup.h"
 #include "gui/workbench/background_job.h"
+#include "io/model/model_file.h"
+#include "model/model_training.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -150,6 +152,16 @@ void WindowTest::wheel(QWidget& widget, const QPointF& at, int notches, Qt::Keyb
   QWheelEvent event(at, widget.mapToGlobal(at), {}, {0, 120 * notches}, Qt::NoButton, modifiers, Qt::NoScrollPhase,
                     false);
   QApplication::sendEvent(&widget, &event);
+}
+
+std::string write_sphere_model(const QString& path) {
+  const Phantom phantom = make_phantom("sphere", {});
+  const std::vector<ModelCase> cases{{"sphere", phantom.image, mask_of(phantom.labels, 1.0), {}}};
+  const TrainingSettings settings{.vertices = 200, .modes = 5};
+  ModelFile file;
+  file.organs.push_back(train_model(register_cases(cases, settings, run_serially()), settings, run_serially()));
+  write_model(path.toStdString(), file);
+  return file.checksum;
 }
 
 }  // namespace simplexseg

@@ -57,7 +57,7 @@ class WindowTest : public ::testing::Test {
   static void wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers = {});
 
   /// Activates the window and returns whether it has the keyboard focus. A display has one focus for all windows: tests
-  /// that call this are listed under ALONE in tests/CMakeLists.txt.
+  /// that call this are listed under KEYBOARD in tests/CMakeLists.txt.
   bool has_keys();
 
   QTemporaryDir folder_;
@@ -76,5 +76,8 @@ class PausedPhantomTest : public WindowTest {
   /// Chooses the entry with this title in the first of several menus that has it.
   void choose_entry(const std::vector<QMenu*>& menus, const QString& title);
 };
+
+/// Trains a model of five modes from the phantom and writes it. Returns its checksum.
+std::string write_sphere_model(const QString& path);
 
 }  // namespace simplexseg

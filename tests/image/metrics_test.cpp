@@ -9,18 +9,12 @@
 #include <random>
 
 #include "core/error.h"
+#include "support/empty_mask.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
-
-Mask empty_mask(const std::array<int, 3>& size, const Eigen::Vector3d& spacing_mm = {1, 1, 1}) {
-  VolumeGeometry g;
-  g.size = size;
-  g.spacing_mm = spacing_mm;
-  return {g, std::vector<std::uint8_t>(g.voxel_count())};
-}
 
 std::uint8_t& at(Mask& mask, int i, int j, int k) {
   return mask.voxels[(std::size_t(k) * mask.geometry.size[1] + j) * mask.geometry.size[0] + i];

@@ -8,18 +8,10 @@
 
 #include "core/error.h"
 #include "image/metrics.h"
+#include "support/empty_mask.h"
 
 namespace simplexseg {
 namespace {
-
-constexpr double inf = std::numeric_limits<double>::infinity();
-
-Mask empty_mask(const std::array<int, 3>& size, const Eigen::Vector3d& spacing_mm = {1, 1, 1}) {
-  VolumeGeometry g;
-  g.size = size;
-  g.spacing_mm = spacing_mm;
-  return {g, std::vector<std::uint8_t>(g.voxel_count())};
-}
 
 template <class F>
 void fill(Mask& mask, F&& inside) {
@@ -105,7 +97,7 @@ TEST(SurfaceMetrics, EmptyAndEqualMasks) {
                          same = compare_surfaces(one, one, 0);
   EXPECT_EQ(both.surface_dice, 1);
   EXPECT_EQ(both.hd_mm, 0);
-  EXPECT_EQ(missing.hd95_mm, inf);
+  EXPECT_EQ(missing.hd95_mm, std::numeric_limits<double>::infinity());
   EXPECT_EQ(missing.surface_dice, 0);
   EXPECT_NEAR(missing.area_reference_mm2, std::sqrt(3), 1e-12);
   EXPECT_EQ(missing.area_test_mm2, 0);
@@ -113,7 +105,7 @@ TEST(SurfaceMetrics, EmptyAndEqualMasks) {
   EXPECT_EQ(same.assd_mm, 0);
   EXPECT_THROW(compare_surfaces(one, empty_mask({5, 5, 4}), 1), Error);
   EXPECT_THROW(compare_surfaces(one, one, -1), Error);
-  EXPECT_THROW(compare_surfaces(one, one, inf), Error);
+  EXPECT_THROW(compare_surfaces(one, one, std::numeric_limits<double>::infinity()), Error);
 }
 
 /// The surface of a mask that fills the image is closed at the border.

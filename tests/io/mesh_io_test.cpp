@@ -27,7 +27,7 @@ SimplexMesh rough_sphere() {
   return mesh;
 }
 
-bool same_bits(const SimplexMesh& a, const SimplexMesh& b) {
+bool same_mesh(const SimplexMesh& a, const SimplexMesh& b) {
   return a.positions.size() == b.positions.size() && a.neighbours == b.neighbours &&
          std::memcmp(a.positions.data(), b.positions.data(), a.positions.size() * sizeof a.positions[0]) == 0;
 }
@@ -35,7 +35,7 @@ bool same_bits(const SimplexMesh& a, const SimplexMesh& b) {
 TEST_F(MeshIo, PlyIsLossless) {
   const SimplexMesh mesh = rough_sphere();
   write_mesh(folder / "a.ply", mesh);
-  EXPECT_TRUE(same_bits(mesh, read_mesh(folder / "a.ply")));
+  EXPECT_TRUE(same_mesh(mesh, read_mesh(folder / "a.ply")));
   const std::string header = bytes_of(folder / "a.ply").substr(0, 300);
   EXPECT_HAS(header, "format binary_little_endian 1.0");
   EXPECT_HAS(header, "comment frame LPS, unit mm");
@@ -44,7 +44,7 @@ TEST_F(MeshIo, PlyIsLossless) {
 TEST_F(MeshIo, PlyOfARefinedMeshIsLossless) {
   const SimplexMesh mesh = refine(make_ellipsoid({0, 0, 0}, {10, 20, 30}, 1)).mesh;
   write_mesh(folder / "a.ply", mesh);
-  EXPECT_TRUE(same_bits(mesh, read_mesh(folder / "a.ply")));
+  EXPECT_TRUE(same_mesh(mesh, read_mesh(folder / "a.ply")));
 }
 
 /// Without n1 n2 n3 the same neighbours must follow from the polygons.
@@ -241,7 +241,7 @@ TEST_F(MeshIo, WritingReplacesTheWholeFile) {
   write("a.ply", std::string(1 << 20, 'x'));
   const SimplexMesh mesh = make_sphere({0, 0, 0}, 10, 0);
   write_mesh(folder / "a.ply", mesh);
-  EXPECT_TRUE(same_bits(mesh, read_mesh(folder / "a.ply")));
+  EXPECT_TRUE(same_mesh(mesh, read_mesh(folder / "a.ply")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
 }
 
