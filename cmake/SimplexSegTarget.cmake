@@ -17,7 +17,7 @@ if(SIMPLEXSEG_SANITIZE)
   target_compile_options(simplexseg_options INTERFACE
     $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-maybe-uninitialized>
     $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${SIMPLEXSEG_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer>)
-  if(SIMPLEXSEG_SANITIZE MATCHES undefined)
+  if(SIMPLEXSEG_SANITIZE MATCHES undefined AND NOT SIMPLEXSEG_FUZZ)
     # These checks accompany every use of a reference and cost a third of the compile time. The address sanitizer finds what matters of
     # them: accesses through null and dangling pointers.
     target_compile_options(simplexseg_options INTERFACE
@@ -93,8 +93,8 @@ function(simplexseg_module_options target)
   endif()
 endfunction()
 
-# simplexseg_module(NAME LIBRARIES...): library of all sources in src/NAME; LIBRARIES: modules that it uses.
 set(SIMPLEXSEG_BUILT_IN "" CACHE PATH "Build folder whose libraries of the modules below forces are linked, not compiled again")
+# simplexseg_module(NAME LIBRARIES...): library of all sources in src/NAME; LIBRARIES: modules that it uses.
 function(simplexseg_module name)
   cmake_parse_arguments(ARG "BIT_EXACT" "" "" ${ARGN})
   set(library ${SIMPLEXSEG_BUILT_IN}/src/${name}/libsimplexseg_${name}.a)

@@ -20,10 +20,11 @@ struct IntensityProfileForce {
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0, 0, 10, "", "Strength of the force; 0 disables it."},
       {"half_length", 4, 1, kMaxProfile, "",
-       "Samples of the reference profile to each side; record the profiles again after changing it.",
+       "Samples of the reference profile to each side; record profiles again after a change, unless a model has them.",
        ParameterKind::Integer},
       {"samples", 6, 1, kMaxSearch, "", "Shifts tested to each side.", ParameterKind::Integer},
-      {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance between samples."},
+      {"spacing", 0.5f, 0.05f, 4, "voxel",
+       "Distance between samples; record profiles again after a change, unless a model has them."},
       {"measure", 0, 0, 1, "", "Comparison of profiles: correlation, or mean absolute difference.",
        ParameterKind::Choice, "correlation|difference"},
       {"acceptance", 0.2f, -1, 1, "",
@@ -32,9 +33,13 @@ struct IntensityProfileForce {
       {"pull", 1, 0, 20, "voxel", "Largest displacement; 0: no limit."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+  /// True if reference profiles for the parameters `a` fit `b`, too.
+  static constexpr bool same_samples(const ForceParameters& a, const ForceParameters& b) {
+    constexpr int force = static_cast<int>(id);
+    return a.integer(id, half_length) == b.integer(id, half_length) &&
+           a.values[force][spacing] == b.values[force][spacing];
+  }
   /// Number of values in the reference profile of a vertex.
-  /// Whether reference profiles recorded for other values of this parameter do not fit.
-  static constexpr bool changes_profiles(int parameter) { return parameter == half_length || parameter == spacing; }
   static constexpr int profile_length(const ForceParameters& p) { return 2 * p.integer(id, half_length) + 1; }
   /// True if the recorded profiles have the current length.
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {

@@ -76,6 +76,10 @@ void complete(MeshItem& item, const SimulationParameters& simulation, const Volu
   if (!(item.edge_mm > 0)) item.edge_mm = edge_of(item.mesh);
   if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
   if (item.region.empty()) item.region = region_of(item, volume);
+  // The parameters may have been edited outside the program, after the profiles were recorded.
+  if (!IntensityProfileForce::has_reference(item.parameters,
+                                            {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size()}))
+    renew_model_profiles(item, volume);
   if (item.has_field() && !item.field->box.lies_in(cell_geometry(volume.geometry(), item.field->cell).size))
     item.field = nullptr, item.fit = {};
 }

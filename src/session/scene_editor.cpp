@@ -154,12 +154,12 @@ SceneChange SceneEditor::execute(const SetForceParameter& command) {
   if (command.parameter < 0 || command.parameter >= static_cast<int>(force.parameters.size()))
     throw Error(std::string("force ") + force.name, "it has no parameter of that index", "see its table");
   check_value(force.parameters[command.parameter], command.value, force.name);
-  const bool other_samples =
-      command.force == ForceId::IntensityProfile && IntensityProfileForce::changes_profiles(command.parameter);
   EngineUpdate update = EngineUpdate::Parameters;
   for (MeshItem* item : items_of(command.mesh)) {
+    const ForceParameters before = item->parameters;
     item->parameters.values[force_index][command.parameter] = command.value;
-    if (other_samples && renew_model_profiles(*item, volume_)) update = EngineUpdate::Meshes;
+    if (!IntensityProfileForce::same_samples(before, item->parameters) && renew_model_profiles(*item, volume_))
+      update = EngineUpdate::Meshes;
   }
   return {update};
 }
@@ -402,8 +402,9 @@ SceneChange SceneEditor::execute(const SetParameters& command) {
       check_value(simulation_table()[p], value_of(*command.simulation, static_cast<int>(p)), "simulation");
   EngineUpdate update = EngineUpdate::Parameters;
   for (MeshItem* item : items_of(command.mesh)) {
+    const bool other_samples = !IntensityProfileForce::same_samples(item->parameters, command.forces);
     item->parameters = command.forces;
-    if (renew_model_profiles(*item, volume_)) update = EngineUpdate::Meshes;
+    if (other_samples && renew_model_profiles(*item, volume_)) update = EngineUpdate::Meshes;
   }
   if (command.simulation) scene_.simulation = *command.simulation;
   return {update};

@@ -38,13 +38,18 @@ class EditableParts {
  public:
   explicit EditableParts(const Scene& scene)
       : points_(scene.points), measurements_(scene.measurements), layers_(scene.layers), simulation_(scene.simulation) {
-    for (const MeshItem& item : scene.meshes) parameters_.push_back(item.parameters);
+    for (const MeshItem& item : scene.meshes)
+      meshes_.push_back({item.parameters, item.model_profiles ? item.profiles : std::vector<float>{}, item.sleep});
   }
   void restore(Scene& scene) {
     scene.points = std::move(points_), scene.measurements = std::move(measurements_);
     scene.layers = std::move(layers_);
     scene.simulation = simulation_;
-    for (std::size_t k = 0; k < scene.meshes.size(); ++k) scene.meshes[k].parameters = parameters_[k];
+    for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
+      MeshItem& item = scene.meshes[k];
+      item.parameters = meshes_[k].parameters, item.sleep = meshes_[k].sleep;
+      if (item.model_profiles) item.profiles = std::move(meshes_[k].profiles);
+    }
   }
 
  private:
@@ -52,7 +57,12 @@ class EditableParts {
   std::vector<Measurement> measurements_;
   std::vector<LayerItem> layers_;
   SimulationParameters simulation_;
-  std::vector<ForceParameters> parameters_;
+  struct MeshParts {
+    ForceParameters parameters;
+    std::vector<float> profiles;  ///< only those of a model, which depend on the parameters
+    SleepState sleep;
+  };
+  std::vector<MeshParts> meshes_;
 };
 
 }  // namespace
@@ -334,7 +344,7 @@ ItemId Session::edit_scene(const Edit& edit) {
   const SceneChange change = SceneEditor(scene_, volume_, next_id_).execute(edit);
   if constexpr (std::is_same_v<Edit, FilterVolume>) {
     use_volume_filters();
-    for (MeshItem& item : scene_.meshes) update_region(item, volume_);
+    for (MeshItem& item : scene_.meshes) update_region(item, volume_), renew_model_profiles(item, volume_);
   }
   update_engine_or_fail_over(change.update);
   update_painted_fields();

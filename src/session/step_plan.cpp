@@ -197,7 +197,7 @@ class PlanBuilder {
 
     kernel("geometry", any, always, n * (3 * kTexel));
     kernel("ring sums", sums_rings(), why_ring_sums(), n * (kTexel + sizeof(float)));
-    kernel("areas and masses", any && needs_.areas, any ? why_areas() : always, n * (3 * kTexel + 2 * sizeof(float)));
+    kernel("areas and masses", any && needs_.areas, any ? why_areas() : always, n * (2 * kTexel + 2 * sizeof(float)));
     const bool local = any && needs_.local_statistics;
     each_force([&]<class F>(F) {
       if constexpr (HasTargets<F>) {
@@ -225,6 +225,7 @@ class PlanBuilder {
            points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
     std::size_t read = 4 * kTexel + (attraction ? 1 : 0) + kTexel * needs_.uses(ForceId::ShapeMemory);
     for (const ForceInfo& force : force_list()) read += kTexel * (force.targets != nullptr && needs_.uses(force.id));
+    if (needs_.areas) read += 2 * sizeof(float);
     kernel("integrate", any, always + (any ? ": sums the forces and performs the step" : ""), n * (read + kTexel));
     const bool corrected = any && corrected_;
     const std::string cycle = any ? why_corrected() : always;

@@ -128,6 +128,9 @@ TEST_F(OutOfMemory, FailedParametersKeepThePreviousOnes) {
   multigrid.solver_choice = static_cast<float>(Solver::Multigrid);
   const std::vector<ForceParameters> all{all_forces()};
   EXPECT_GT(refusals(scene, [&](Engine& engine) { engine.set_parameters(all, multigrid); }), 3);
+  SimulationParameters areas = scene.simulation;
+  areas.solver_choice = static_cast<float>(Solver::Verlet), areas.area_in_mass = 0.5f;
+  EXPECT_GT(refusals(scene, [&](Engine& engine) { engine.set_parameters(all, areas); }), 3);
 }
 
 TEST_F(OutOfMemory, FailedPointsKeepThePreviousOnes) {

@@ -120,17 +120,25 @@ TEST_P(StabilityTest, AModeHasThePeriodOfItsMassAndItsShareOfTheForce) {
 }
 
 TEST_P(StabilityTest, TheLimitIncludesAreasAndMasses) {
-  // Elongated cells: with areas in the forces, the limit for unit masses is too long.
-  for (const auto& [in_mass, in_force] : {std::pair{1.0f, 0.0f}, {0.0f, 1.0f}, {1.0f, 1.0f}}) {
-    TestScene scene = busy_scene(3, 10);
-    for (const ForceInfo& force : force_list())
-      weight_of(scene.meshes[0].forces, force.id) = force.parameters[0].maximum;
-    for (Eigen::Vector3f& p : scene.meshes[0].mesh.positions) p = {p[0], 0.5f * p[1], 1.5f * p[2]};
-    scene.simulation = limited(10, 0.9f, 3);
-    scene.simulation.area_in_mass = in_mass, scene.simulation.area_in_force = in_force;
-    double farthest = 0;
-    for (const Eigen::Vector3f& p : run(scene, 500)) farthest = std::max(farthest, static_cast<double>(p.norm()));
-    EXPECT_LT(farthest, 60) << "shares " << in_mass << " and " << in_force;
+  // Relative to an edge of three times its mean, all areas are at their lower limit, and all masses are 1/4; relative
+  // to a third of it, all areas are at their upper limit, and all forces are fourfold.
+  for (const bool light : {true, false}) {
+    EngineMesh m;
+    SimplexMesh mesh = with_noise(make_sphere({0, 0, 0}, 20, 2), 0.01);
+    m.positions = m.previous = mesh.positions, m.neighbours = mesh.neighbours;
+    m.parameters = with({{"smoothing", "weight", 1}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}});
+    m.edge_mm = mean_edge_mm(mesh.positions, mesh.neighbours) * (light ? 3.0f : 1.0f / 3);
+    const float stiffness = stiffness_bound(m.parameters, {});
+    const auto grows = [&](float timestep, bool limit) {
+      SimulationParameters s = limit ? limited(timestep, 0.2f) : simulation(timestep, 0.2f);
+      (light ? s.area_in_mass : s.area_in_force) = 1;
+      const auto engine = make_engine();
+      engine->load(std::span(&m, 1), s);
+      const StepOutcome outcome = engine->step(60);
+      return outcome.failure || !outcome.cuts.empty() || outcome.mean_move_mm[0] > 1;
+    };
+    EXPECT_FALSE(grows(10, true)) << "light " << light;
+    EXPECT_TRUE(grows(0.9f * stable_timestep(stiffness, 0.2f), false)) << "the limit of unit masses, light " << light;
   }
 }
 

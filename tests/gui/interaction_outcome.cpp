@@ -32,6 +32,8 @@ void expect_same_bits(const Scene& a, const Scene& b) {
   for (std::size_t m = 0; m < a.meshes.size(); ++m) {
     EXPECT_EQ(a.meshes[m].name, b.meshes[m].name);
     EXPECT_EQ(a.meshes[m].locked, b.meshes[m].locked);
+    EXPECT_EQ(a.meshes[m].model_identity(), b.meshes[m].model_identity());
+    EXPECT_EQ(a.meshes[m].start_modes, b.meshes[m].start_modes);
     EXPECT_EQ(a.meshes[m].mesh.positions, b.meshes[m].mesh.positions);
     EXPECT_EQ(a.meshes[m].intensity_range, b.meshes[m].intensity_range);
     ASSERT_EQ(a.meshes[m].has_field(), b.meshes[m].has_field());

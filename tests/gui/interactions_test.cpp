@@ -255,8 +255,9 @@ class InteractionsTest : public WindowTest {
     } else if (event.contains("slider")) {
       auto* const slider = window_->findChild<QSlider*>(event["slider"].toString());
       ASSERT_TRUE(slider && wait_until([&] { return slider->isVisible() && slider->isEnabled(); }));
-      const QPointF from(slider->width() / 2.0, slider->height() / 2.0);
-      drag(*slider, {from, from + QPointF(event["by"].toDouble() * slider->width(), 0)});
+      slider->setFocus();
+      const int by = event["by"].toInt();
+      for (int n = 0; n < std::abs(by); ++n) QTest::keyClick(slider, by > 0 ? Qt::Key_Right : Qt::Key_Left);
     } else if (event.contains("filter")) {
       filter(event["with"].toString(), event["filter"].toString());
     } else if (event.contains("image")) {

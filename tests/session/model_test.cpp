@@ -221,6 +221,10 @@ TEST(ModelProfiles, FollowTheParametersOfTheForce) {
   const auto replayed = session_of_profiles(0);
   replayed->replay(session->log(), session->steps_since_last_command());
   EXPECT_TRUE(same_state(state_of(*session), state_of(*replayed)));
+  // A scene that was edited outside the program.
+  Scene edited = session->scene();
+  edited.meshes[0].parameters.values[static_cast<int>(Force::id)][Force::half_length] = half - 1;
+  EXPECT_EQ(first_mesh(*open_session(1, edited)).profiles, shorter);
 }
 
 TEST(ModelProfiles, AreRefusedForOtherVerticesAndLongerProfiles) {

@@ -29,6 +29,7 @@ class RandomSession {
         if (below(2) == 0)
           scene.meshes[0].parameters.values[static_cast<int>(force.id)][p] = value_in(force.parameters[p]);
     set(scene.meshes[0].parameters, {"evidence", "source", 1});  // solving fields takes long
+    s.area_in_mass = pick({0, 1}), s.area_in_force = pick({0, 0.5f});
     return scene;
   }
   /// Runs the session; returns the number of failures.
