@@ -67,6 +67,12 @@ bool renew_model_profiles(MeshItem& item, const Volume& volume) {
   return true;
 }
 
+bool set_parameters(MeshItem& item, const ForceParameters& parameters, const Volume& volume) {
+  const bool same_samples = IntensityProfileForce::same_samples(item.parameters, parameters);
+  item.parameters = parameters;
+  return !same_samples && renew_model_profiles(item, volume);
+}
+
 void complete(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
   if (item.mesh.positions.empty()) {
     restart(item, simulation, volume);

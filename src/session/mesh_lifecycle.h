@@ -32,6 +32,8 @@ void use_model_profiles(MeshItem& item, const Volume& volume);
 /// parameters of the force. Without profiles of the model for them, the mesh has none. Returns whether the profiles may
 /// have changed.
 bool renew_model_profiles(MeshItem& item, const Volume& volume);
+/// Sets the parameters of the forces of a mesh. Returns as renew_model_profiles().
+bool set_parameters(MeshItem& item, const ForceParameters& parameters, const Volume& volume);
 
 /// Whether the evidence force of a mesh has a weight above 0 and uses a field; false without a volume.
 bool uses_field(const MeshItem& item, const Volume& volume);

@@ -156,10 +156,9 @@ SceneChange SceneEditor::execute(const SetForceParameter& command) {
   check_value(force.parameters[command.parameter], command.value, force.name);
   EngineUpdate update = EngineUpdate::Parameters;
   for (MeshItem* item : items_of(command.mesh)) {
-    const ForceParameters before = item->parameters;
-    item->parameters.values[force_index][command.parameter] = command.value;
-    if (!IntensityProfileForce::same_samples(before, item->parameters) && renew_model_profiles(*item, volume_))
-      update = EngineUpdate::Meshes;
+    ForceParameters parameters = item->parameters;
+    parameters.values[force_index][command.parameter] = command.value;
+    if (set_parameters(*item, parameters, volume_)) update = EngineUpdate::Meshes;
   }
   return {update};
 }
@@ -401,11 +400,8 @@ SceneChange SceneEditor::execute(const SetParameters& command) {
     for (std::size_t p = 0; p < simulation_table().size(); ++p)
       check_value(simulation_table()[p], value_of(*command.simulation, static_cast<int>(p)), "simulation");
   EngineUpdate update = EngineUpdate::Parameters;
-  for (MeshItem* item : items_of(command.mesh)) {
-    const bool other_samples = !IntensityProfileForce::same_samples(item->parameters, command.forces);
-    item->parameters = command.forces;
-    if (other_samples && renew_model_profiles(*item, volume_)) update = EngineUpdate::Meshes;
-  }
+  for (MeshItem* item : items_of(command.mesh))
+    if (set_parameters(*item, command.forces, volume_)) update = EngineUpdate::Meshes;
   if (command.simulation) scene_.simulation = *command.simulation;
   return {update};
 }

@@ -119,8 +119,8 @@ void FrozenProblem::load(Engine& engine, const SimulationParameters& settings) c
   engine.set_volume(volume);
   SimulationParameters frozen = settings;
   frozen.refresh_interval = 1e6f;  // points remain bound to the same vertices
-  frozen.area_in_mass = 0,
-  frozen.area_in_force = 0;  // the bounds and the timesteps of the methods are those of unit masses
+  // The bounds and the timesteps of the methods are those of unit masses.
+  frozen.area_in_mass = 0, frozen.area_in_force = 0;
   engine.load(list, frozen);
   for (std::size_t k = 0; k < meshes.size(); ++k)
     for (int force = 0; force < kForceCount; ++force)

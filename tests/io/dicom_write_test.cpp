@@ -36,14 +36,14 @@ using test::error_of;
 constexpr int kColumns = 30, kRows = 26, kSlices = 9;
 
 /// Returns standard output and standard error of a command, with the prefix "failed: " when it fails.
-std::string message_of(const std::string& command) {
+std::string output_and_errors_of(const std::string& command) {
   std::FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
   if (!pipe) return {};
   std::string text;
   for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
   return ::pclose(pipe) == 0 ? text : "failed: " + text;
 }
-bool succeeds(const std::string& command) { return !message_of(command).starts_with("failed"); }
+bool succeeds(const std::string& command) { return !output_and_errors_of(command).starts_with("failed"); }
 std::string in_shell(const fs::path& path) { return std::string(" '").append(path.string()).append("'"); }
 
 class DicomWrite : public test::FolderTest {
@@ -192,7 +192,7 @@ TEST_F(DicomWrite, TextsWithoutCharacterSetBecomeUnicode) {
       EXPECT_NE(bytes.find("ISO_IR 192"), std::string::npos) << name << ", '" << charset << "'";
       EXPECT_EQ(bytes.find("M\xfcller"), std::string::npos) << name << ", '" << charset << "'";
       if (!succeeds("command -v dciodvfy")) continue;
-      const std::string message = message_of("dciodvfy" + in_shell(folder / name));
+      const std::string message = output_and_errors_of("dciodvfy" + in_shell(folder / name));
       EXPECT_EQ(message.find("Error"), std::string::npos) << message;
     }
     EXPECT_EQ(load_volume(folder / "a.dcm").segments[1].name, "a / \xc3\xa9 b");
@@ -273,7 +273,7 @@ TEST_F(DicomWrite, TheValidatorReportsNoErrors) {
   write_series();
   for (const char* name : {"a.dcm", "a.rtstruct.dcm"}) {
     save_labels(folder / name, scene(), image().geometry());
-    const std::string message = message_of("dciodvfy" + in_shell(folder / name));
+    const std::string message = output_and_errors_of("dciodvfy" + in_shell(folder / name));
     EXPECT_EQ(message.find("Error"), std::string::npos) << message;
     EXPECT_EQ(message.find("Warning"), std::string::npos) << message;
     EXPECT_NE(message.find(name == std::string("a.dcm") ? "Segmentation" : "RTStructureSet"), std::string::npos)
@@ -301,7 +301,7 @@ TEST_F(DicomWrite, AViewIsASecondaryCaptureInTheSameStudy) {
   EXPECT_FALSE(error_of([&] { require_view_name(file, elsewhere); }).empty());
   require_view_name("a.png", elsewhere);
   if (!succeeds("command -v dciodvfy")) GTEST_SKIP() << "dciodvfy of dicom3tools is absent";
-  const std::string message = message_of("dciodvfy" + in_shell(file));
+  const std::string message = output_and_errors_of("dciodvfy" + in_shell(file));
   EXPECT_EQ(message.find("Error"), std::string::npos) << message;
   EXPECT_NE(message.find("SCImage"), std::string::npos) << message;
 }
@@ -464,9 +464,9 @@ TEST_F(DicomWrite, PydicomReadsTheSameVoxels) {
   std::string reader = "/usr/bin/python3";
   reader.append(in_shell(fs::path(SIMPLEXSEG_SOURCE_DIR) / "tests/io/pydicom_reader.py"));
   save_labels(folder / "a.dcm", scene, grid);
-  EXPECT_EQ(message_of(reader + in_shell(folder / "a.dcm") + images()), segments.str());
+  EXPECT_EQ(output_and_errors_of(reader + in_shell(folder / "a.dcm") + images()), segments.str());
   save_labels(folder / "a.rtstruct.dcm", scene, grid);
-  EXPECT_EQ(message_of(reader + in_shell(folder / "a.rtstruct.dcm") + images()), regions.str());
+  EXPECT_EQ(output_and_errors_of(reader + in_shell(folder / "a.rtstruct.dcm") + images()), regions.str());
 }
 
 TEST(DicomColour, ColoursRoundTrip) {

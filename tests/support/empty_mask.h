@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "image/metrics.h"
+#include "image/mask.h"
 
 namespace simplexseg {
 
