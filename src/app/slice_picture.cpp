@@ -11,7 +11,8 @@ namespace simplexseg {
 namespace {
 
 constexpr int kMaxRows = 4;
-constexpr int kGap = 4;  ///< distance between panels, pixels
+constexpr double kMargin = 0.35;  ///< margin around objects, in their largest extent
+constexpr int kGap = 4;           ///< distance between panels, pixels
 
 /// Plane of a slice, perpendicular to the world axis `across`. `right`, `down`: world axes (LPS) that point right and
 /// down in the picture, multiplied by their signs.
@@ -145,22 +146,27 @@ void draw_outline(Canvas& canvas, const Panel& panel, const TriangleMesh& surfac
 
 }  // namespace
 
-Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright, int panel,
-                    const LayerPicture& layers) {
+Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright, int panel, const LayerPicture& layers,
+                    SliceFrame frame) {
   std::vector<TriangleMesh> surfaces;
   std::vector<Colour> colours;
   std::vector<Eigen::Vector3d> foci;
-  Box box = box_of(volume.geometry());
-  if (volume.empty()) box = {Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};
+  Box box{Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};  // of the meshes
   for (const MeshItem& item : scene.meshes) {
     if (!item.visible || item.mesh.positions.empty()) continue;
     surfaces.push_back(tessellate(item.mesh));
     colours.push_back(item.colour);
     if (static_cast<int>(foci.size()) < kMaxRows) foci.push_back(measure(item.mesh).centroid_mm);
     for (const Eigen::Vector3f& p : item.mesh.positions) {
-      if (!volume.empty()) break;  // the meshes define the frame only if there is no volume
       box.low = box.low.cwiseMin(p.cast<double>()), box.high = box.high.cwiseMax(p.cast<double>());
     }
+  }
+  if (!volume.empty()) {
+    const Box whole = box_of(volume.geometry());
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * (box.high - box.low).maxCoeff());
+    const Box around{(box.low - margin).cwiseMax(whole.low), (box.high + margin).cwiseMin(whole.high)};
+    const bool is_inside = !surfaces.empty() && (around.high - around.low).minCoeff() > 0;
+    box = frame == SliceFrame::Objects && is_inside ? around : whole;
   }
   if (volume.empty() && surfaces.empty()) box = {Eigen::Vector3d::Constant(-1), Eigen::Vector3d::Constant(1)};
   if (foci.empty()) foci.push_back((box.low + box.high) / 2);
@@ -181,7 +187,8 @@ Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright
     picture.height += row_height + kGap;
   }
   picture.height -= kGap;
-  picture.rgb.assign(3 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height), 0);
+  picture.rgb.assign(3 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height),
+                     frame == SliceFrame::Objects ? 255 : 0);
   Canvas canvas(picture);
   Window window = volume.empty() ? Window{0, 1} : window_of(volume);
   if (low_is_bright) std::swap(window.low, window.high);

@@ -88,7 +88,9 @@ void add_mesh(const Subcommand& app, Action& action) {
          "Label volume, DICOM RT structure set, or closed surface (.ply, .obj, .stl, .vtk, .vtp), which is converted "
          "to a simplex mesh")
       .required();
-  sub.add_option("OUT", options->outputs, "Output files: .ply, .obj, .stl, .vtk or .vtp").required().not_empty();
+  sub.add_option("OUT", options->outputs, "Output files: .ply, .obj, .stl, .vtk, .vtp, .3mf or .glb")
+      .required()
+      .not_empty();
   sub.add_option("--label", options->label,
                  "Value of the label, or its name if the file contains names; default: all voxels that are not 0");
   sub.add_option("--threshold", options->threshold, kThresholdHelp);

@@ -11,6 +11,7 @@
 #include "app/slice_picture.h"
 #include "core/error.h"
 #include "core/number_text.h"
+#include "io/mesh/mesh_io.h"
 #include "io/platform/data_path.h"
 #include "io/platform/files.h"
 #include "io/scene/layer_images.h"
@@ -39,7 +40,9 @@ void write_outputs(const RunOptions& options, const Session& session, const Laye
     const std::string note = save_labels(options.labels, scene, grid, session.volume().geometry());
     if (!note.empty()) console.err << "note: " << note << "\n";
   }
-  if (!options.meshes.empty()) {
+  if (holds_several_surfaces(options.meshes)) {
+    save_surfaces(options.meshes, scene);
+  } else if (!options.meshes.empty()) {
     make_folder(options.meshes);
     save_meshes(options.meshes, scene, "." + options.mesh_format);
   }
@@ -85,7 +88,10 @@ void check_outputs(const RunOptions& options, OutputChecks& checks) {
   if (!options.save.empty()) require_scene_name(options.save);
   for (const std::string& output : {options.labels, options.report, options.picture, options.save})
     if (!output.empty()) checks.require_file(output);
-  for (const std::string& output : {options.meshes, options.fractions})
+  const bool one_file = holds_several_surfaces(options.meshes);
+  if (!options.meshes.empty()) require_mesh_name(one_file ? options.meshes : "mesh." + options.mesh_format);
+  if (one_file) checks.require_file(options.meshes);
+  for (const std::string& output : {one_file ? std::string() : options.meshes, options.fractions})
     if (!output.empty()) checks.require_folder(output);
   if (!options.grid.empty() && options.labels.empty() && options.fractions.empty())
     throw Error("--grid", "there is nothing to write on it", "add --labels or --fractions, or omit it");
@@ -206,10 +212,11 @@ StepOptions add_run_options(const Subcommand& sub, RunOptions& options) {
                  "Set a parameter: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
                  "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
       .one_value_each();
-  sub.add_option("--meshes", options.meshes, "Output folder for the meshes: NAME.ply, or another --mesh-format")
+  sub.add_option("--meshes", options.meshes,
+                 "Output folder for the meshes: NAME.ply, or another --mesh-format; or one file (.3mf or .glb) for all")
       .not_empty();
   sub.add_option("--mesh-format", options.mesh_format, "Format of the files of --meshes; ply is lossless")
-      .one_of({"ply", "obj", "stl", "vtk", "vtp"})
+      .one_of({"ply", "obj", "stl", "vtk", "vtp", "3mf", "glb"})
       .show_default();
   sub.add_option("--fractions", options.fractions,
                  "Output folder for partial-volume labels: NAME.nii.gz with the fraction of each voxel inside the mesh")

@@ -26,8 +26,8 @@ struct RunOptions {
 };
 
 inline constexpr const char* kLabelsHelp =
-    "Output file for the labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG) or contours (.rtstruct.dcm: "
-    "DICOM RT structure set)";
+    "Output file for the labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG, .labelmap.dcm: DICOM label "
+    "map SEG) or contours (.rtstruct.dcm: DICOM RT structure set)";
 
 /// Handles to the options for the number of steps, so that another option can exclude them.
 struct StepOptions {

@@ -10,10 +10,10 @@
 
 #include "app/simulate.h"
 #include "io/mesh/mesh_io.h"
-#include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
 #include "io/scene/label_preset.h"
 #include "io/scene/log_io.h"
+#include "io/scene/measurement_export.h"
 #include "io/scene/mesh_start.h"
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
@@ -25,7 +25,6 @@
 #include "python/items.h"
 #include "python/parameters.h"
 #include "session/label_map.h"
-#include "session/measurement_csv.h"
 
 namespace simplexseg::python {
 namespace {
@@ -205,12 +204,12 @@ void save_log(SessionOwner& owner, const fs::path& path) {
   });
 }
 
-void save_measurements(SessionOwner& owner, const fs::path& path) {
-  owner.use([&](const Session& session) {
-    AtomicFile file(path);
-    write_bytes(file, measurement_csv(session.scene(), session.volume()));
-    file.commit();
+void save_measurement_file(SessionOwner& owner, const fs::path& path) {
+  const std::string note = owner.use([&](const Session& session) {
+    require_measurement_name(path, session.scene_without_poses());
+    return save_measurements(path, session.scene(), session.volume(), owner.intensity_unit());
   });
+  if (!note.empty()) warn({note});
 }
 
 template <class Command>
@@ -346,17 +345,21 @@ void bind_results(SessionClass& session) {
       .def("save_scene", &save_scene, py::arg("path"),
            "Writes the scene (.json) with its meshes and undo history, to continue it here or in the window.")
       .def("save_labels", &save_label_file, py::arg("path"),
-           "Writes labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm) or contours (.rtstruct.dcm). Issues a "
+           "Writes labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm, .labelmap.dcm) or contours (.rtstruct.dcm). "
+           "Issues a "
            "DataWarning\n"
            "if meshes overlap. Raises Error if the file cannot be written.")
       .def("save_meshes", &save_mesh_files, py::arg("folder"), py::arg("format") = "ply",
-           "Writes each mesh to NAME.ply (or obj, stl, vtk, vtp) in a folder, which is created. Returns the files.")
+           "Writes each mesh to NAME.ply (or obj, stl, vtk, vtp, 3mf, glb) in a folder, which is created. Returns the "
+           "files.")
       .def("save_report", &SessionOwner::save_report, py::arg("path"),
            "Writes a report (JSON) of the runs and meshes, with their agreement with the references of the scene.")
       .def("save_picture", &SessionOwner::save_picture, py::arg("path"),
            "Writes a picture (.png, .ppm) of three slices with the outlines of the meshes.")
-      .def("save_measurements", &save_measurements, py::arg("path"),
-           "Writes a table (CSV) of the measurements, and of volume, long and short axis of each mesh.")
+      .def("save_measurements", &save_measurement_file, py::arg("path"),
+           "Writes the measurements, and volume, intensities, long and short axis of each mesh: a table (.csv), or a "
+           "DICOM structured report with its segmentation (NAME.sr.dcm and NAME.seg.dcm). Issues a warning if "
+           "segmentations overlap in voxels.")
       .def("save_log", &save_log, py::arg("path"),
            "Writes the log of commands and steps, for `simplexseg-cli run SCENE --replay`.");
 }

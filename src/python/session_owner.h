@@ -36,6 +36,7 @@ class SessionOwner {
   /// Returns the volume of the session; it may be empty.
   const Image& image() const { return image_; }
   const std::string& scene_path() const { return report_.scene_path; }
+  const std::string& intensity_unit() const { return report_.intensity_unit; }
   /// Files of layers that were read.
   LayerImages& layer_images() { return layer_images_; }
 

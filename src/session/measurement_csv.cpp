@@ -6,10 +6,7 @@
 #include <vector>
 
 #include "core/number_text.h"
-#include "image/object_axes.h"
-#include "image/surface_fit.h"
-#include "mesh/mesh_geometry.h"
-#include "session/paint.h"
+#include "session/object_measures.h"
 #include "session/run_trace.h"
 
 namespace simplexseg {
@@ -68,13 +65,14 @@ Row row_of(const Measurement& measurement, const Volume& volume) {
 Row row_of(const MeshItem& item, const Scene& scene, const Volume& volume) {
   Row row;
   row[kName] = csv_field(item.name), row[kKind] = "segmentation";
-  row[kVolume] = number_field(measure(item.mesh).volume_mm3);
-  if (volume.empty()) return row;
-  if (const auto inside = intensities_in(volume, object_mask(item.mesh, paint_of(scene, item.id), volume.geometry()))) {
-    row[kMean] = number_field(inside->mean), row[kDeviation] = number_field(inside->deviation);
-    row[kVoxels] = std::to_string(inside->voxels);
+  const ObjectMeasures measures = measure_object(item, scene, volume);
+  row[kVolume] = number_field(measures.volume_mm3);
+  if (measures.intensities) {
+    row[kMean] = number_field(measures.intensities->mean),
+    row[kDeviation] = number_field(measures.intensities->deviation);
+    row[kVoxels] = std::to_string(measures.intensities->voxels);
   }
-  if (const std::optional<ObjectAxes> axes = object_axes(item.mesh, volume.geometry())) {
+  if (const std::optional<ObjectAxes>& axes = measures.axes) {
     row[kLongAxis] = number_field(axes->long_mm()), row[kShortAxis] = number_field(axes->short_mm());
     row[kSlice] = std::to_string(axes->slice);
     row[kPoints] =

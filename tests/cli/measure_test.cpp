@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measurements of a scene in the table of `measure` and in reports.
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 
+#include "app/table.h"
 #include "cli_fixture.h"
 
 namespace simplexseg {
@@ -31,6 +33,36 @@ TEST_F(Measure, WritesATableOfMeasurementsAndMeshes) {
   const Outcome written = succeed({"measure", path("scene.json"), path("table.csv")});
   EXPECT_EQ(written.out, "");
   EXPECT_EQ(text_of("table.csv"), printed.out);
+}
+
+/// Output of a shell command; "" if it fails.
+std::string output_of_command(const std::string& command) {
+  std::FILE* pipe = ::popen((command + " 2>/dev/null").c_str(), "r");
+  if (!pipe) return {};
+  std::string text;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
+  return ::pclose(pipe) == 0 ? text : "";
+}
+
+TEST_F(Measure, WritesAReportOfTheCaseWithChecksumAndPrompts) {
+  succeed({"measure", path("scene.json"), path("report.pdf"), path("table.csv")});
+  EXPECT_EQ(text_of("report.pdf").substr(0, 5), "%PDF-");
+  const std::string text = output_of_command("pdftotext -layout '" + path("report.pdf") + "' -");
+  if (text.empty()) GTEST_SKIP() << "pdftotext of poppler-utils is absent";
+  const std::string checksum = output_of_command("sha256sum '" + path("image.nii.gz") + "'").substr(0, 64);
+  ASSERT_EQ(checksum.size(), 64u);
+  for (const std::string& part : {std::string("Not for diagnostic use."), std::string("not for diagnostic use"),
+                                  checksum, std::string("Program"), std::string("ball"), std::string("width, \"a\""),
+                                  std::string("5.00 mm"), std::string("seed"), std::string("image.nii.gz")})
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
+  // Volume of the object as in the table, in ml.
+  const std::string table = text_of("table.csv");
+  const std::string row = table.substr(table.find("\nball,") + 1);
+  std::istringstream fields(row);
+  std::string field;
+  for (int column = 0; column < 11; ++column) std::getline(fields, field, ',');
+  EXPECT_NE(text.find(readable(std::stod(field) / 1000, 2)), std::string::npos) << field << " mm3 in\n" << text;
+  EXPECT_EQ(text.find("Patient"), std::string::npos);
 }
 
 TEST_F(Measure, RefusesOutputsThatCannotBeWritten) {

@@ -80,6 +80,69 @@ class CohortTest(CohortFixture):
         (self.out / "cases" / "cube" / "labels.nii.gz").unlink()
         self.assertIn("2 done, 0 failed, 2 skipped", self.cohort().stdout)
 
+    def test_labels_are_a_bids_derivative_dataset(self) -> None:
+        places = {"sphere": "sub-01/anat/sub-01_T1w.nii.gz", "cube": "sub-02/ses-a/anat/sub-02_ses-a_acq-x_space-y_T1w.nii.gz"}
+        rows = []
+        for row in self.rows:
+            if row["name"] in places:
+                image = self.folder / "raw" / places[row["name"]]
+                image.parent.mkdir(parents=True)
+                (self.folder / row["image"]).rename(image)
+                rows.append({**row, "image": f"raw/{places[row['name']]}"})
+        self.write_table(rows)
+        done = self.cohort("--bids", "object")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        root = self.out / "derivatives" / "simplexseg"
+        stems = {"sphere": "sub-01/anat/sub-01_desc-object_dseg", "cube": "sub-02/ses-a/anat/sub-02_ses-a_acq-x_desc-object_dseg"}
+        files = {"dataset_description.json", "README", *(stem + end for stem in stems.values() for end in (".nii.gz", ".json", ".tsv"))}
+        self.assertEqual({str(file.relative_to(root)) for file in root.rglob("*") if file.is_file()}, files)
+        for case, stem in stems.items():
+            self.assertEqual((root / (stem + ".nii.gz")).read_bytes(), (self.out / "cases" / case / "labels.nii.gz").read_bytes())
+            sidecar = json.loads((root / (stem + ".json")).read_text())
+            self.assertEqual(sidecar["Sources"], ["bids:raw:" + places[case]])
+            with open(root / (stem + ".tsv"), newline="", encoding="utf-8") as file:
+                lines = list(csv.reader(file, delimiter="\t"))
+            self.assertEqual(lines[0], ["index", "name", "color"])
+            self.assertEqual([line[:2] for line in lines[1:]], [["1", "object"]])
+            self.assertRegex(lines[1][2], "^#[0-9a-f]{6}$")
+        description = json.loads((root / "dataset_description.json").read_text())
+        self.assertEqual((description["DatasetType"], description["GeneratedBy"][0]["Name"]), ("derivative", "SimplexSeg"))
+        self.assertEqual(description["DatasetLinks"]["raw"], (self.folder / "raw").as_uri())
+        # A case that fails later has no labels; the others stay.
+        (self.folder / "raw" / places["sphere"]).write_bytes(b"no image")
+        self.assertEqual(self.cohort("--bids", "object").returncode, 1)
+        self.assertFalse((root / (stems["sphere"] + ".nii.gz")).exists())
+        self.assertTrue((root / (stems["cube"] + ".nii.gz")).exists())
+
+    def test_bids_refuses_names_that_it_cannot_follow(self) -> None:
+        def refusal(image: str, *arguments: str) -> str:
+            path = self.folder / image
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes((self.folder / "sphere.nii.gz").read_bytes())
+            self.write_table([{**self.rows[0], "image": image}, *also])
+            done = self.cohort("--bids", *(arguments or ("object",)))
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertFalse(self.out.exists())
+            return done.stderr
+
+        also: list[dict[str, str]] = []
+        good = "raw/sub-1/anat/sub-1_T1w.nii.gz"
+        self.assertIn("letters and digits only", refusal(good, "left kidney"))
+        self.assertIn("is not named as in BIDS", refusal("raw/sub-1/anat/head.nii.gz"))
+        self.assertIn("is not named as in BIDS", refusal("raw/sub-1/images/sub-1_T1w.nii.gz"))
+        self.assertIn("are not those of its name", refusal("raw/sub-2/anat/sub-1_T1w.nii.gz"))
+        self.assertIn("are not those of its name", refusal("raw/sub-1/anat/sub-1_ses-2_T1w.nii.gz"))
+        also = [{**self.rows[1], "image": good}]
+        self.assertIn("have the same image", refusal(good))
+        also = [{**self.rows[1], "image": "ellipsoid.nii.gz"}]
+        self.assertIn("case 'ellipsoid'", refusal(good))
+        other = self.folder / "other/sub-3/anat/sub-3_T1w.nii.gz"
+        other.parent.mkdir(parents=True)
+        other.write_bytes((self.folder / "sphere.nii.gz").read_bytes())
+        also = [{**self.rows[1], "image": str(other)}]
+        self.assertIn("different datasets", refusal(good))
+
     def test_rows_of_every_kind(self) -> None:
         (self.folder / "template.json").write_text(json.dumps({
             "simplexseg_scene": 1, "simulation": {"final_vertices": 320}, "steps": 20,

@@ -17,6 +17,7 @@ from typing import Any
 
 import yaml
 
+from cohort.bids import PIPELINE, derivatives_of, write_dataset
 from cohort.learn import Learner, NotLearned, model_checksum
 from cohort.page import write_page
 from cohort.results import find_outliers, is_done, read_result, write_summary
@@ -198,6 +199,9 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--learn", type=Path, metavar="MODEL",
                         help="model to write: cases run in the order of the table, and each accepted case is added to the model "
                              "that the following ones use")
+    parser.add_argument("--bids", metavar="DESC",
+                        help="also write the labels as a BIDS derivative dataset, OUT/derivatives/simplexseg, with names of "
+                             "desc-DESC; images must be in a BIDS dataset")
     parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)),
                         help="cores to use on this machine (default: all)")
     parser.add_argument("--gpu-processes", type=int, default=4, help="processes that share the GPU (default: 4)")
@@ -220,6 +224,7 @@ def run(options: argparse.Namespace) -> int:
     """Runs the cohort. Returns the exit status: 0, or 1 if a case failed."""
     settings = read_settings(options.config)
     cases = Table(options.table, options.model, options.learn is not None).cases(settings["scene"], settings["mesh"])
+    places = derivatives_of(cases, settings, options.bids) if options.bids is not None else []
     if options.model and not options.learn:
         model_checksum(options.program, options.model)
     logs = options.out / "logs"
@@ -254,6 +259,9 @@ def run(options: argparse.Namespace) -> int:
     write_summary(options.out / "summary.csv", results)
     write_page(options.out / "index.html", options.table.stem, results)
     failed = [result for result in results if result.failure]
+    if places:
+        finished = {result.name: result.folder for result in results if not result.failure}
+        write_dataset(options.out / "derivatives" / PIPELINE, places, finished, settings, options.program)
     kept = sum(1 for result in results if not result.failure
                and before.get(result.name) == (result.folder / "status").stat().st_mtime_ns)
     for result in failed:

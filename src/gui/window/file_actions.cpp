@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "app/case_report.h"
 #include "archive/cache.h"
 #include "core/error.h"
 #include "gui/input/action_table.h"
@@ -21,13 +22,13 @@
 #include "gui/window/series_dialog.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
-#include "io/platform/atomic_file.h"
+#include "io/platform/data_path.h"
 #include "io/platform/file_names.h"
 #include "io/platform/output_checks.h"
+#include "io/scene/measurement_export.h"
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
 #include "io/volume/volume_io.h"
-#include "session/measurement_csv.h"
 
 namespace simplexseg {
 namespace {
@@ -79,21 +80,41 @@ void FileActions::enable_actions() {
 }
 
 void FileActions::choose_and_save_measurements() {
-  QString path = local_path(QFileDialog::getSaveFileUrl(
-      &window_, tr("Save the measurements"), url_of(suggested_path("-measurements", ".csv")), tr("Table (*.csv)")));
+  QString path = local_path(QFileDialog::getSaveFileUrl(&window_, tr("Save the measurements"),
+                                                        url_of(suggested_path("-measurements", ".csv")),
+                                                        tr("Table (*.csv);;Report with pictures (*.pdf);;"
+                                                           "DICOM structured report and segmentation (*.sr.dcm)")));
   if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".csv";
   if (!path.isEmpty()) save_measurements_to(path);
 }
 
 void FileActions::save_measurements_to(const QString& path) {
+  const Scene scene = workbench_.session().scene();
+  CaseReportInput report{.series = workbench_.series_name().toStdString(),
+                         .intensity_unit = workbench_.intensity_unit(),
+                         .low_is_bright = workbench_.view.low_is_bright};
+  try {
+    require_measurement_name(to_path(path), scene);
+    for (const std::filesystem::path& file : measurement_files(to_path(path))) require_writable_output(file);
+    if (is_case_report(to_path(path)) && !scene.volume_path.empty())
+      report.volume_path = find_data(scene.volume_path, {});
+  } catch (const std::exception& error) {
+    workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
+    return;
+  }
+  auto note = std::make_shared<std::string>();
   job_.start(
       tr("Saving %1...").arg(QFileInfo(path).fileName()),
-      [scene = workbench_.session().scene(), volume = workbench_.session().volume(), place = to_path(path)] {
-        AtomicFile file(place);
-        write_bytes(file, measurement_csv(scene, volume));
-        file.commit();
+      [=, volume = workbench_.session().volume(), place = to_path(path)] {
+        if (is_case_report(place))
+          write_case_report(place, scene, volume, report);
+        else
+          *note = save_measurements(place, scene, volume, report.intensity_unit);
       },
-      [=, this] { workbench_.notify(Severity::Note, tr("Saved %1").arg(path)); });
+      [=, this] {
+        const QString more = note->empty() ? QString() : "; " + QString::fromStdString(*note);
+        workbench_.notify(Severity::Note, tr("Saved %1%2").arg(path, more));
+      });
 }
 
 void FileActions::open_all(const QStringList& paths) {
@@ -301,7 +322,8 @@ void FileActions::choose_and_save_labels() {
   QString path = local_path(QFileDialog::getSaveFileUrl(&window_, tr("Save the labels"),
                                                         url_of(suggested_path("-labels", ".nii.gz")),
                                                         tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha);;"
-                                                           "DICOM segmentation or contours (*.dcm *.rtstruct.dcm)")));
+                                                           "DICOM segmentation, label map or contours "
+                                                           "(*.dcm *.labelmap.dcm *.rtstruct.dcm)")));
   if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".nii.gz";
   if (!path.isEmpty()) save_labels_to(path);
 }
@@ -326,14 +348,31 @@ void FileActions::save_labels_to(const QString& path) {
 }
 
 void FileActions::choose_and_save_meshes() {
+  const QString one_file = tr(" (all in one file)");
   bool chosen = false;
-  const QString extension =
-      QInputDialog::getItem(&window_, tr("Save the surfaces"), tr("File format (PLY is lossless):"),
-                            {".ply", ".obj", ".stl", ".vtk", ".vtp"}, 0, false, &chosen);
+  QString extension = QInputDialog::getItem(
+      &window_, tr("Save the surfaces"), tr("File format (PLY is lossless):"),
+      {".ply", ".obj", ".stl", ".vtk", ".vtp", ".3mf" + one_file, ".glb" + one_file}, 0, false, &chosen);
   if (!chosen) return;
+  if (extension.endsWith(one_file)) {
+    extension.chop(one_file.size());
+    QString path = local_path(QFileDialog::getSaveFileUrl(&window_, tr("Save the surfaces"),
+                                                          url_of(suggested_path("-surfaces", extension)),
+                                                          tr("Surfaces (*%1)").arg(extension)));
+    if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += extension;
+    if (!path.isEmpty()) save_surfaces_to(path);
+    return;
+  }
   const QString folder = local_path(QFileDialog::getExistingDirectoryUrl(
       &window_, tr("Folder for the surfaces, one file each"), url_of(usual_folder())));
   if (!folder.isEmpty()) save_meshes_to(folder, extension);
+}
+
+void FileActions::save_surfaces_to(const QString& path) {
+  job_.start(
+      tr("Saving %1...").arg(QFileInfo(path).fileName()),
+      [scene = workbench_.session().scene(), file = to_path(path)] { save_surfaces(file, scene); },
+      [=, this] { workbench_.notify(Severity::Note, tr("Saved %1").arg(path)); });
 }
 
 void FileActions::save_meshes_to(const QString& folder, const QString& extension) {

@@ -52,9 +52,12 @@ class FileActions : public QObject {
   bool save_scene_as();
   bool save_scene_to(const QString& path);
   void save_labels_to(const QString& path);
-  /// Saves measurement_csv() of the scene in the background.
+  /// Saves the measurements of the scene in the background, in the format of the file name (save_measurements(), or
+  /// write_case_report() without the name of the patient).
   void save_measurements_to(const QString& path);
   void save_meshes_to(const QString& folder, const QString& extension = ".ply");
+  /// Saves all surfaces in the background to one file, .3mf or .glb.
+  void save_surfaces_to(const QString& path);
 
   /// Suggested path for a new file: in the last folder, named after volume and scene, followed by `what`, a number if
   /// the file exists already, and `ending`.

@@ -9,6 +9,7 @@
 #include <gdcmWriter.h>
 
 #include <charconv>
+#include <sstream>
 #include <streambuf>
 
 #include "core/expect.h"
@@ -23,6 +24,7 @@ gdcm::VR vr_of(DicomTag tag) {
   if (tag_of(tag) == tag_of(kSegmentsOverlap)) return gdcm::VR::CS;
   const gdcm::VR vr = gdcm::Global::GetInstance().GetDicts().GetPublicDict().GetDictEntry(tag_of(tag)).GetVR();
   SIMPLEXSEG_ENSURE(vr != gdcm::VR::INVALID);
+  if (vr == gdcm::VR::US_SS) return gdcm::VR::US;
   return vr == gdcm::VR::OB_OW ? gdcm::VR(gdcm::VR::OB) : vr;
 }
 
@@ -102,6 +104,15 @@ DicomItem& DicomItem::bytes(DicomTag tag, const std::vector<std::uint8_t>& value
   return *this;
 }
 
+DicomItem& DicomItem::words(DicomTag tag, std::span<const std::uint16_t> values) {
+  gdcm::DataElement element(tag_of(tag));
+  element.SetVR(gdcm::VR::OW);
+  element.SetByteValue(reinterpret_cast<const char*>(values.data()),
+                       gdcm::VL(static_cast<std::uint32_t>(values.size_bytes())));
+  data_->Replace(element);
+  return *this;
+}
+
 DicomItem& DicomItem::items(DicomTag tag, std::span<const DicomItem> items) {
   gdcm::SmartPointer<gdcm::SequenceOfItems> sequence = new gdcm::SequenceOfItems;
   sequence->SetLengthToUndefined();
@@ -142,6 +153,12 @@ std::string decimal_string(double value) {
 }
 
 std::string new_dicom_uid() { return gdcm::UIDGenerator().Generate(); }
+
+std::string dicom_bytes(const DicomItem& data) {
+  std::ostringstream stream;
+  data.data_->Write<gdcm::ExplicitDataElement, gdcm::SwapperNoOp>(stream);
+  return std::move(stream).str();
+}
 
 void write_dicom(AtomicFile& file, const DicomItem& data, DicomCoding coding) {
   FileBuffer buffer(file);

@@ -39,6 +39,8 @@ class DicomItem {
   DicomItem& numbers(DicomTag tag, std::span<const double> values);
   /// Adds an even number of bytes.
   DicomItem& bytes(DicomTag tag, const std::vector<std::uint8_t>& values);
+  /// Adds words as pixels of 16 bits (VR OW).
+  DicomItem& words(DicomTag tag, std::span<const std::uint16_t> values);
   /// Adds a sequence.
   DicomItem& items(DicomTag tag, std::span<const DicomItem> items);
   /// Adds a sequence with one item.
@@ -53,6 +55,7 @@ class DicomItem {
 
   std::unique_ptr<gdcm::DataSet> data_;
 
+  friend std::string dicom_bytes(const DicomItem& data);
   friend void write_dicom(AtomicFile& file, const DicomItem& data, DicomCoding coding);
 };
 
@@ -62,6 +65,9 @@ std::string decimal_string(double value);
 
 /// Returns a new unique identifier (UID).
 std::string new_dicom_uid();
+
+/// Data set in Explicit VR Little Endian, without preamble and meta information.
+std::string dicom_bytes(const DicomItem& data);
 
 /// Writes a little-endian DICOM file with preamble and meta information. `data` must contain the SOP class UID and the
 /// SOP instance UID. Throws Error when the file cannot be written.

@@ -20,6 +20,7 @@ namespace {
 
 constexpr DicomTag kCharacterSet{0x0008, 0x0005};
 constexpr DicomTag kFrameOfReference{0x0020, 0x0052};
+constexpr DicomTag kModality{0x0008, 0x0060};
 constexpr const char* kUtf8 = "ISO_IR 192";
 
 /// Attributes of PS3.3 C.7.1 to C.7.4. Required attributes are written without a value if the image does not have them;
@@ -31,8 +32,9 @@ constexpr DicomTag kOptional[] = {{0x0020, 0x000d}, {0x0008, 0x1030}, {0x0010, 0
                                   {0x0010, 0x1020}, {0x0010, 0x1030}, {0x0010, 0x0021}};
 
 /// Other attributes that copy_context() reads.
-constexpr DicomTag kOthers[] = {{0x0012, 0x0062}, {0x0012, 0x0063}, {0x0020, 0x000e}, {0x0028, 0x2110},
-                                {0x0028, 0x2112}, {0x0028, 0x2114}, kCharacterSet,    kFrameOfReference};
+constexpr DicomTag kOthers[] = {{0x0012, 0x0062}, {0x0012, 0x0063},  {0x0020, 0x000e},
+                                {0x0028, 0x2110}, {0x0028, 0x2112},  {0x0028, 0x2114},
+                                kCharacterSet,    kFrameOfReference, kModality};
 
 /// Texts of an image, read in one request.
 class ImageTexts {
@@ -74,6 +76,7 @@ void copy_context(const ImageTexts& image, DicomSource& source) {
     copy(kCharacterSet);
   source.study = image.line({0x0020, 0x000d});
   source.series = image.line({0x0020, 0x000e});
+  source.modality = image.line(kModality);
   source.frame_of_reference = image.line(kFrameOfReference);
   if (source.frame_of_reference.empty()) source.frame_of_reference = new_dicom_uid();
   context.text(kFrameOfReference, source.frame_of_reference);

@@ -22,7 +22,7 @@ struct DicomInstance {
 struct DicomSource {
   VolumeGeometry geometry;
   std::vector<DicomInstance> slices;  ///< one for each slice index k
-  std::string study, series, frame_of_reference;
+  std::string study, series, frame_of_reference, modality;
   bool unicode = false;                   ///< the texts are UTF-8, so that new texts can be, too
   std::string lossy_ratio, lossy_method;  ///< lossy compression of the images; empty when lossless
   DicomItem context;                      ///< patient, study, frame of reference and character set of the image

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/number_text.h"
+#include "io/picture/cairo_drawing.h"
 #include "io/picture/plot_axis.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
@@ -29,13 +30,6 @@ Palette palette_of(PlotTheme theme) {
   if (theme == PlotTheme::Dark) return {{32, 33, 36}, {24, 25, 28}, {225, 225, 228}, {72, 74, 80}, {46, 48, 52}};
   return {{255, 255, 255}, {255, 255, 255}, {30, 30, 34}, {200, 202, 206}, {234, 235, 238}};
 }
-
-struct CairoRelease {
-  void operator()(cairo_t* p) const { cairo_destroy(p); }
-  void operator()(cairo_surface_t* p) const { cairo_surface_destroy(p); }
-};
-using Context = std::unique_ptr<cairo_t, CairoRelease>;
-using Surface = std::unique_ptr<cairo_surface_t, CairoRelease>;
 
 /// Draws one plot; lengths are in pixels at scale 1.
 class Drawing {
@@ -58,12 +52,7 @@ class Drawing {
   void set(const Colour& colour) {
     cairo_set_source_rgb(c_, colour.red / 255.0, colour.green / 255.0, colour.blue / 255.0);
   }
-  double text_width(const std::string& text, double size) {
-    cairo_set_font_size(c_, size);
-    cairo_text_extents_t extents;
-    cairo_text_extents(c_, text.c_str(), &extents);
-    return extents.x_advance;
-  }
+  double text_width(const std::string& text, double size) { return simplexseg::text_width(c_, text, size); }
   /// Draws text with its baseline at y. `across`: part of the text at x, 0 its left end, 0.5 its middle, 1 its right
   /// end.
   void text(const std::string& words, double x, double y, double size, double across = 0) {
@@ -71,16 +60,6 @@ class Drawing {
     cairo_move_to(c_, x - across * width, y);
     cairo_show_text(c_, words.c_str());
   }
-  /// Text that fits into a width; if necessary, shortened after a whole UTF-8 character, with an ellipsis.
-  std::string fitted(std::string words, double size, double width) {
-    if (text_width(words, size) <= width) return words;
-    while (!words.empty() && text_width(words + "…", size) > width) {
-      while (!words.empty() && (words.back() & 0xc0) == 0x80) words.pop_back();
-      if (!words.empty()) words.pop_back();
-    }
-    return words + "…";
-  }
-
   void lay_out() {
     std::vector<double> x, y;
     for (const PlotSeries& s : plot_.series)
@@ -161,13 +140,14 @@ class Drawing {
       text(tick.label, left_ - 8, y + 0.36 * kTextPixels, kTextPixels, 1);
     }
     if (!plot_.title.empty()) {
-      const std::string title = fitted(plot_.title, kTitlePixels, width_ - left_ - 16);
+      const std::string title = fitted_text(c_, plot_.title, kTitlePixels, width_ - left_ - 16);
       text(title, left_, 12 + kTitlePixels, kTitlePixels);
     }
     if (!plot_.x_title.empty())
-      text(fitted(plot_.x_title, kTextPixels, width_ - 16), (left_ + right_) / 2, height_ - 12, kTextPixels, 0.5);
+      text(fitted_text(c_, plot_.x_title, kTextPixels, width_ - 16), (left_ + right_) / 2, height_ - 12, kTextPixels,
+           0.5);
     if (!plot_.y_title.empty()) {
-      const std::string title = fitted(plot_.y_title, kTextPixels, height_ - 8);
+      const std::string title = fitted_text(c_, plot_.y_title, kTextPixels, height_ - 8);
       const double half = text_width(title, kTextPixels) / 2 + 4;  // centred on the axis, but within the picture
       cairo_save(c_);
       cairo_translate(c_, 8 + kTextPixels, std::max(half, std::min((top_ + bottom_) / 2, height_ - half)));
@@ -282,7 +262,7 @@ class Drawing {
       cairo_set_dash(c_, nullptr, 0, 0);
       if (plot_.series[n].markers) marker(x + 14, y, n);
       set(palette_.ink);
-      text(fitted(plot_.series[n].name, legend_size_, width_ - x - 34 - 4), x + 34, y + 0.36 * legend_size_,
+      text(fitted_text(c_, plot_.series[n].name, legend_size_, width_ - x - 34 - 4), x + 34, y + 0.36 * legend_size_,
            legend_size_);
     }
   }
@@ -307,7 +287,7 @@ void check(const Plot& plot, int width, int height) {
 }
 
 void draw_on(cairo_surface_t* surface, const Plot& plot, int width, int height, double scale, PlotTheme theme) {
-  const Context cairo(cairo_create(surface));
+  const CairoContext cairo(cairo_create(surface));
   cairo_scale(cairo.get(), scale, scale);
   Drawing(cairo.get(), plot, width / scale, height / scale, theme).draw();
   cairo_surface_flush(surface);
@@ -315,8 +295,8 @@ void draw_on(cairo_surface_t* surface, const Plot& plot, int width, int height, 
     throw Error("cannot draw the plot", cairo_status_to_string(status), "make it smaller");
 }
 
-Surface image_of(const Plot& plot, int width, int height, double scale, PlotTheme theme) {
-  Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
+CairoSurface image_of(const Plot& plot, int width, int height, double scale, PlotTheme theme) {
+  CairoSurface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
   draw_on(surface.get(), plot, width, height, scale, theme);
   return surface;
 }
@@ -344,7 +324,7 @@ std::string xml_text(const std::string& words) {
 std::string svg_bytes(const Plot& plot, int width, int height) {
   std::string bytes;
   {
-    const Surface surface(cairo_svg_surface_create_for_stream(append, &bytes, width, height));
+    const CairoSurface surface(cairo_svg_surface_create_for_stream(append, &bytes, width, height));
     draw_on(surface.get(), plot, width, height, 1, PlotTheme::Light);
     cairo_surface_finish(surface.get());
   }
@@ -368,7 +348,7 @@ std::vector<std::uint8_t> draw_plot(const Plot& plot, int width, int height, dou
   if (!(scale > 0.01 && scale < 100))
     throw Error("cannot draw the plot", "the scale " + general_text(scale, 6) + " is out of range",
                 "choose 0.01 to 100");
-  const Surface surface = image_of(plot, width, height, scale, theme);
+  const CairoSurface surface = image_of(plot, width, height, scale, theme);
   const unsigned char* pixels = cairo_image_surface_get_data(surface.get());
   const int stride = cairo_image_surface_get_stride(surface.get());
   std::vector<std::uint8_t> rgba;
@@ -397,7 +377,7 @@ void write_plot(const std::filesystem::path& path, const Plot& plot, int width, 
   if (extension_of(path) == ".svg") {
     bytes = svg_bytes(plot, width, height);
   } else {
-    const Surface surface = image_of(plot, width, height, 1, PlotTheme::Light);
+    const CairoSurface surface = image_of(plot, width, height, 1, PlotTheme::Light);
     if (cairo_surface_write_to_png_stream(surface.get(), append, &bytes) != CAIRO_STATUS_SUCCESS)
       throw file.failed("the PNG cannot be encoded", "write an SVG instead");
   }

@@ -41,13 +41,32 @@ bool is_dicom_name(const fs::path& path) { return extension_of(path) == ".dcm"; 
 bool is_structure_name(const fs::path& path) {
   return lower_ascii(path.filename().string()).ends_with(".rtstruct.dcm");
 }
+bool is_label_map_name(const fs::path& path) {
+  return lower_ascii(path.filename().string()).ends_with(".labelmap.dcm");
+}
+
+void add_overlap_note(std::string& note, const LabelMap& map) {
+  if (map.shared_voxels > 0)
+    note += (note.empty() ? "" : "; ") +
+            counted(static_cast<std::int64_t>(map.shared_voxels), "voxel lies", "voxels lie") +
+            " inside two or more segmentations; each is assigned to the most probable one, or else to the first";
+}
+
+}  // namespace
 
 DicomSource source_of(const Scene& scene, const fs::path& target) {
   return read_dicom_source(scene.volume_path.empty() ? fs::path() : find_data(scene.volume_path, {}), target,
                            scene.volume_number, scene.volume_series);
 }
 
-}  // namespace
+WrittenSegmentation save_segmentation(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry,
+                                      SegmentEncoding encoding) {
+  const LabelMap map = make_label_map(scene, geometry);
+  WrittenSegmentation written =
+      write_dicom_segmentation(path, map.labels, names_of(scene), source_of(scene, path), encoding);
+  add_overlap_note(written.note, map);
+  return written;
+}
 
 void require_labels_name(const fs::path& path) {
   if (!is_dicom_name(path)) require_volume_name(path);
@@ -76,16 +95,14 @@ std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGe
     write_rtstruct(path, scene, codes, source_of(scene, path));
     return "";
   }
+  if (is_dicom_name(path)) {
+    const bool is_label_map = is_label_map_name(path);
+    return save_segmentation(path, scene, geometry, is_label_map ? SegmentEncoding::LabelMap : SegmentEncoding::Binary)
+        .note;
+  }
   const LabelMap map = make_label_map(scene, geometry, volume);
-  std::string note;
-  if (is_dicom_name(path))
-    note = write_dicom_segmentation(path, map.labels, names_of(scene), source_of(scene, path));
-  else
-    note = write_labels(path, map.labels, names_of(scene));
-  if (map.shared_voxels > 0)
-    note += (note.empty() ? "" : "; ") +
-            counted(static_cast<std::int64_t>(map.shared_voxels), "voxel lies", "voxels lie") +
-            " inside two or more segmentations; each is assigned to the most probable one, or else to the first";
+  std::string note = write_labels(path, map.labels, names_of(scene));
+  add_overlap_note(note, map);
   return note;
 }
 
@@ -126,10 +143,22 @@ std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& 
 std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene, const std::string& extension) {
   std::vector<fs::path> files;
   for (const std::string& name : mesh_file_names(scene, extension)) {
+    const MeshItem& item = scene.meshes[files.size()];
     files.push_back(folder / name);
-    write_mesh(files.back(), scene.meshes[files.size() - 1].mesh);
+    if (holds_several_surfaces(name)) {
+      const NamedSurface surface{item.name, item.colour, &item.mesh};
+      write_surfaces(files.back(), {&surface, 1});
+    } else {
+      write_mesh(files.back(), item.mesh);
+    }
   }
   return files;
+}
+
+void save_surfaces(const fs::path& path, const Scene& scene) {
+  std::vector<NamedSurface> surfaces;
+  for (const MeshItem& item : scene.meshes) surfaces.push_back({item.name, item.colour, &item.mesh});
+  write_surfaces(path, surfaces);
 }
 
 void save_fractions(const fs::path& folder, const Scene& scene, const VolumeGeometry& grid) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/volume.h"
+#include "io/dicom_write/dicom_seg_write.h"
 #include "io/picture/picture_io.h"
 #include "session/scene.h"
 
@@ -17,11 +18,19 @@ void require_labels_name(const std::filesystem::path& path);
 /// file for a volume that is not DICOM or for a scene without meshes, a label outside 1 to 65535.
 void require_labels_name(const std::filesystem::path& path, const Scene& scene);
 
+/// DICOM images of the volume of a scene, for a file `target` that refers to them. Throws the errors of
+/// read_dicom_source().
+DicomSource source_of(const Scene& scene, const std::filesystem::path& target);
+/// Writes the segmentations of a scene as DICOM segmentation on the grid of its DICOM volume. The note for the user of
+/// save_labels() is in the result. Throws the errors of make_label_map() and write_dicom_segmentation().
+WrittenSegmentation save_segmentation(const std::filesystem::path& path, const Scene& scene,
+                                      const VolumeGeometry& geometry, SegmentEncoding encoding);
+
 /// Writes the segmentations of a scene in the format of the file name. NAME.rtstruct.dcm: contours on the slices of the
-/// DICOM volume (write_rtstruct()); other .dcm: a DICOM segmentation (write_dicom_segmentation()); other extensions: a
-/// label volume on the grid `geometry` (write_labels()). Returns a note for the user if segmentations overlap in
-/// voxels, labels are renumbered or the grid is sheared, else "". Throws the errors of make_label_map()
-/// and of these writers.
+/// DICOM volume (write_rtstruct()); NAME.labelmap.dcm and other .dcm: a DICOM segmentation, as label map or binary
+/// (write_dicom_segmentation()); other extensions: a label volume on the grid `geometry` (write_labels()). Returns a
+/// note for the user if segmentations overlap in voxels, labels are renumbered or the grid is sheared, else "". Throws
+/// the errors of make_label_map() and of these writers.
 std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry);
 /// Label volume on a grid other than that of the volume, whose grid is `volume`. Throws Error for a .dcm file, which
 /// needs the grid of its image.
@@ -52,6 +61,9 @@ std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& 
 /// write_mesh() supports. Returns the paths. Throws the errors of write_mesh().
 std::vector<std::filesystem::path> save_meshes(const std::filesystem::path& folder, const Scene& scene,
                                                const std::string& extension = ".ply");
+
+/// Writes all meshes of a scene, with names and colours, to one file (write_surfaces()). Throws its errors.
+void save_surfaces(const std::filesystem::path& path, const Scene& scene);
 
 /// Extension of the files of save_fractions().
 inline constexpr const char* kFractionsExtension = ".nii.gz";
