@@ -9,6 +9,10 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND SIMPLEXSEG_ARCH)
   # The alignment of Eigen depends on the instruction set, so host code in .cu files must use the same one.
   target_compile_options(simplexseg_options INTERFACE $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-march=${SIMPLEXSEG_ARCH}>)
 endif()
+if(SIMPLEXSEG_REPRODUCIBLE)   # the last map that fits is used
+  target_compile_options(simplexseg_options INTERFACE
+    "$<$<COMPILE_LANGUAGE:CXX>:-ffile-prefix-map=${CMAKE_SOURCE_DIR}=.;-ffile-prefix-map=${CMAKE_BINARY_DIR}=build>")
+endif()
 if(SIMPLEXSEG_ASSERTIONS)
   target_compile_definitions(simplexseg_options INTERFACE SIMPLEXSEG_ASSERTIONS)
 endif()
