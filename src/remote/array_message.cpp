@@ -20,7 +20,7 @@ namespace {
 // the number of chunks (uint32); then for each chunk its uncompressed and its compressed length (uint64 each) and the
 // chunk. All numbers are little-endian.
 constexpr std::string_view kMagic = "NNIA";
-constexpr std::uint8_t kVersion = 1, kZstandard = 1, kLz4 = 2;
+constexpr std::uint8_t kVersion = 1, kZstandardArray = 1, kLz4Array = 2;
 constexpr std::size_t kStart = 8, kMaxAxes = 8;
 constexpr std::size_t kWrittenChunk = std::size_t{1} << 24;  ///< small, so that a cancellation takes effect soon
 
@@ -41,6 +41,11 @@ constexpr std::array<TypeInfo, 10> kTypes = {{{"bool", 1},
 
 Error bad_array(const std::string& why, const std::string& what_to_do = "send it again") {
   return Error("an array of a message", why, what_to_do);
+}
+
+ArrayTooLarge too_large(std::uint64_t max_bytes) {
+  return {"an array of a message", "it is larger than " + format_bytes(static_cast<double>(max_bytes)),
+          "use a smaller image"};
 }
 
 /// Reader of a message from its beginning to its end.
@@ -70,7 +75,7 @@ std::string pack_array(ArrayType type, std::span<const std::int64_t> shape, std:
   SIMPLEXSEG_EXPECT(shape.size() <= kMaxAxes && expected == bytes.size());
   const std::string_view name = name_of(type);
   std::string message(kMagic);
-  for (const std::size_t one : {std::size_t{kVersion}, std::size_t{kZstandard}, shape.size(), name.size()})
+  for (const std::size_t one : {std::size_t{kVersion}, std::size_t{kZstandardArray}, shape.size(), name.size()})
     append(message, static_cast<std::uint8_t>(one));
   message += name;
   for (const std::int64_t size : shape) append(message, size);
@@ -92,7 +97,7 @@ ArrayMessage unpack_array(std::string_view message, std::uint64_t max_bytes) {
   if (!start.starts_with(kMagic)) throw bad_array("it does not begin with NNIA", "check the address of the server");
   if (const auto version = little_endian<std::uint8_t>(start, 4); version != kVersion)
     throw bad_array("its version " + std::to_string(version) + " is unknown", "update this program or the other one");
-  if (const auto codec = little_endian<std::uint8_t>(start, 5); codec != kZstandard && codec != kLz4)
+  if (const auto codec = little_endian<std::uint8_t>(start, 5); codec != kZstandardArray && codec != kLz4Array)
     throw bad_array("its codec " + std::to_string(codec) + " is unknown", "update this program or the other one");
   const std::size_t axes = little_endian<std::uint8_t>(start, 6);
   if (axes > kMaxAxes) throw bad_array("it has " + std::to_string(axes) + " axes", "use at most eight");
@@ -109,12 +114,10 @@ ArrayMessage unpack_array(std::string_view message, std::uint64_t max_bytes) {
     if (length < 0) throw bad_array("one of its axes has a negative size");
     array.shape.push_back(length);
     // A product of at most max_bytes / length times length does not overflow; 0 stays 0.
-    if (length > 0 && size > max_bytes / static_cast<std::uint64_t>(length))
-      throw bad_array("it is larger than " + format_bytes(static_cast<double>(max_bytes)), "use a smaller image");
+    if (length > 0 && size > max_bytes / static_cast<std::uint64_t>(length)) throw too_large(max_bytes);
     size *= static_cast<std::uint64_t>(length);
   }
-  if (size > max_bytes)
-    throw bad_array("it is larger than " + format_bytes(static_cast<double>(max_bytes)), "use a smaller image");
+  if (size > max_bytes) throw too_large(max_bytes);
   const auto chunks = rest.number<std::uint32_t>();
   std::uint64_t claimed = 0;  // checks all lengths before the array is allocated
   Rest lengths = rest;

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/error.h"
+
 namespace simplexseg {
 
 /// Type of the elements of an array.
@@ -25,12 +27,18 @@ struct ArrayMessage {
   std::vector<std::byte> bytes;
 };
 
+/// Error of unpack_array() for an array that is larger than permitted.
+class ArrayTooLarge : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Packs an array. `bytes`: elements with the last axis fastest, as many as `shape` states. Reports its progress
 /// (report_progress()) and can be cancelled.
 std::string pack_array(ArrayType type, std::span<const std::int64_t> shape, std::span<const std::byte> bytes);
 
 /// Unpacks an array from another program. Allocates at most `max_bytes` for it. Throws Error for a damaged message, an
-/// unknown type, and an array of more than `max_bytes` or eight axes.
+/// unknown type and more than eight axes, and ArrayTooLarge for more than `max_bytes`.
 ArrayMessage unpack_array(std::string_view message, std::uint64_t max_bytes);
 
 }  // namespace simplexseg
