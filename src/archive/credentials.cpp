@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 
 #include "core/error.h"
 #include "core/number_text.h"
@@ -19,32 +18,34 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMaxBytes = 16384;
+constexpr std::size_t kMaxSecretBytes = 16384;
 
 Error bad_credentials(const ArchiveServer& server, const std::string& why, const std::string& what_to_do) {
   return Error("the archive " + one_line(server.name), why, what_to_do);
 }
 
-std::string read_secret_file(const ArchiveServer& server) {
-  const std::string what = "its credentials cannot be read from " + quoted(server.credentials_file);
-  const int descriptor = ::open(server.credentials_file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) throw bad_credentials(server, what + ": " + system_error_text(errno), "check the path");
+}  // namespace
+
+std::string read_secret_file(const std::filesystem::path& path, const std::string& what) {
+  const std::string where = what + " " + quoted(path);
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) throw Error(where, system_error_text(errno), "check the path");
   // Checks the open descriptor, since the path may be replaced by another file at any time.
   struct stat status {};
   const bool known = ::fstat(descriptor, &status) == 0;
-  std::string text(kMaxBytes, '\0');
-  const ssize_t count =
-      known && S_ISREG(status.st_mode) && (status.st_mode & 077) == 0 ? ::read(descriptor, text.data(), kMaxBytes) : -1;
+  std::string text(kMaxSecretBytes, '\0');
+  const ssize_t count = known && S_ISREG(status.st_mode) && (status.st_mode & 077) == 0
+                            ? ::read(descriptor, text.data(), kMaxSecretBytes)
+                            : -1;
   ::close(descriptor);
-  if (known && !S_ISREG(status.st_mode)) throw bad_credentials(server, what + ": it is not a file", "name a file");
+  if (known && !S_ISREG(status.st_mode)) throw Error(where, "it is not a file", "name a file");
   if (known && ((status.st_mode & 077) != 0 || status.st_uid != ::geteuid()))
-    throw bad_credentials(server, what + ": other users may read or change it", "restrict it to yourself: chmod 600");
-  if (count < 0) throw bad_credentials(server, what, "check the file");
+    throw Error(where, "other users may read or change it", "restrict it to yourself: chmod 600");
+  if (count < 0) throw Error(where, "it cannot be read", "check the file");
   text.resize(static_cast<std::size_t>(count));
+  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
   return text;
 }
-
-}  // namespace
 
 Credentials read_credentials(const ArchiveServer& server) {
   std::string text;
@@ -56,7 +57,8 @@ Credentials read_credentials(const ArchiveServer& server) {
           "set it to USER:PASSWORD or \"bearer TOKEN\"");
     text = value;
   } else if (!server.credentials_file.empty()) {
-    text = read_secret_file(server);
+    text = read_secret_file(server.credentials_file,
+                            "the archive " + one_line(server.name) + ": its credentials cannot be read from");
   } else {
     return {};
   }

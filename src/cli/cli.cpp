@@ -82,6 +82,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_follow(program, action);
   add_layer(program, action);
   add_archive(program, action);
+  add_serve(program, action);
   program.add_print_flag("--xml", slicer_description,
                          "Print the description of segment for 3D Slicer (Slicer Execution Model) and exit");
   const std::vector<const char*> arguments = with_subcommand(app, argc, argv);

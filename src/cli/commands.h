@@ -29,5 +29,6 @@ void add_register(const Subcommand& app, Action& action);
 void add_layer(const Subcommand& app, Action& action);
 void add_filter(const Subcommand& app, Action& action);
 void add_follow(const Subcommand& app, Action& action);
+void add_serve(const Subcommand& app, Action& action);
 
 }  // namespace simplexseg

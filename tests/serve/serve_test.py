@@ -1,0 +1,632 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""serve_test.py PROGRAM: the protocol of `simplexseg-cli serve`, by a client on the loopback: segmentation by each kind of prompt,
+undo, leases, refusals, damaged requests, and the end of the server."""
+from __future__ import annotations
+
+import ctypes
+import gzip
+import json
+import os
+import random
+import re
+import select
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import client as wire  # noqa: E402
+from client import Client, Response, pack, unpack  # noqa: E402
+from with_program import main, program, skip  # noqa: E402
+
+TYPES = {2: ("uint8", 1), 4: ("int16", 2), 8: ("int32", 4), 16: ("float32", 4), 512: ("uint16", 2)}
+TOKEN = "a-token-of-the-tests-1234567890"
+SIZE = 48
+
+
+class Image:
+    """Volume of a NIfTI file, as a client has it: axes k, j, i."""
+
+    def __init__(self, path: Path) -> None:
+        data = gzip.decompress(path.read_bytes())
+        dim = struct.unpack_from("<8h", data, 40)
+        self.shape = [dim[3], dim[2], dim[1]]
+        self.spacing = list(reversed(struct.unpack_from("<4f", data, 76)[1:]))
+        self.dtype, self.element = TYPES[struct.unpack_from("<h", data, 70)[0]]
+        self.data = data[int(struct.unpack_from("<f", data, 108)[0]):]
+
+    @property
+    def count(self) -> int:
+        """Number of voxels."""
+        return self.shape[0] * self.shape[1] * self.shape[2]
+
+    def values(self) -> list[int]:
+        """Voxels."""
+        code = {"uint8": "B", "int16": "h", "int32": "i", "float32": "f", "uint16": "H"}[self.dtype]
+        return list(struct.unpack(f"<{self.count}{code}", self.data[:self.count * self.element]))
+
+    def message(self, **options: Any) -> bytes:
+        """Array of one channel."""
+        return pack(self.dtype, [1, *self.shape], self.data[:self.count * self.element], element=self.element, **options)
+
+
+class Target:
+    """Buffer of a client, into which it writes the parts that it receives."""
+
+    def __init__(self, shape: list[int]) -> None:
+        self.shape = shape
+        self.voxels = bytearray(shape[0] * shape[1] * shape[2])
+
+    def offset(self, k: int, j: int, i: int) -> int:
+        """Offset of a voxel."""
+        return (k * self.shape[1] + j) * self.shape[2] + i
+
+    def receive(self, response: Response) -> bool:
+        """Applies a response; returns whether a prediction was run."""
+        if response.status != 200:
+            raise RuntimeError(f"{response.status} {response.body[:300]!r}")
+        meta = response.meta
+        if meta["bbox"] is not None:
+            dtype, shape, data = unpack(response.body)
+            (k0, k1), (j0, j1), (i0, i1) = meta["bbox"]
+            if dtype != "uint8" or shape != [k1 - k0, j1 - j0, i1 - i0] or shape != meta["shape"]:
+                raise RuntimeError(f"{dtype} {shape} {meta}")
+            for k in range(k0, k1):
+                for j in range(j0, j1):
+                    row = ((k - k0) * shape[1] + j - j0) * shape[2]
+                    at = self.offset(k, j, i0)
+                    self.voxels[at:at + shape[2]] = data[row:row + shape[2]]
+        return bool(meta["ran_prediction"])
+
+    def dice(self, truth: set[int]) -> float:
+        """Dice coefficient with a set of offsets."""
+        mine = {v for v, one in enumerate(self.voxels) if one}
+        return 2 * len(mine & truth) / max(1, len(mine) + len(truth))
+
+
+class Serve:
+    """Server with options, on an unused port."""
+
+    def __init__(self, *options: str, token: str | None = TOKEN) -> None:
+        environment = {k: v for k, v in os.environ.items() if k != "NN_INTERACTIVE_API_KEY"}
+        if token:
+            environment["NN_INTERACTIVE_API_KEY"] = token
+        self.token = token
+        self.process = subprocess.Popen([program(), "serve", "--port", "0", "--backend", "cpu", *options],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        assert self.process.stdout is not None
+        ready, _, _ = select.select([self.process.stdout], [], [], 60)
+        line = self.process.stdout.readline() if ready else ""
+        found = re.search(r":(\d+), ", line)
+        if not found:
+            self.process.kill()
+            raise RuntimeError("the server does not start: " + line + str(self.process.communicate()))
+        self.port = int(found.group(1))
+
+    def client(self, **options: Any) -> Client:
+        """Client with the token."""
+        return Client(self.port, self.token, **options)
+
+    def end(self, number: int = signal.SIGTERM) -> tuple[float, str, str]:
+        """Ends the server; returns the time that it needed, s, and its output."""
+        start = time.monotonic()
+        self.process.send_signal(number)
+        out, err = self.process.communicate(timeout=20)
+        return time.monotonic() - start, out, err
+
+
+def shared(folder: Path) -> tuple[Image, Image]:
+    """Phantom and its truth."""
+    subprocess.run([program(), "phantom", "two-spheres", str(folder / "image.nii.gz"), "--labels", str(folder / "truth.nii.gz"),
+                    "--size", str(SIZE)], check=True, stdout=subprocess.DEVNULL)
+    return Image(folder / "image.nii.gz"), Image(folder / "truth.nii.gz")
+
+
+class ServeCase(unittest.TestCase):
+    """A server and a phantom for all tests of a class."""
+    options: tuple[str, ...] = ()
+    server: Serve
+    image: Image
+    truth: set[int]
+    folder: tempfile.TemporaryDirectory[str]
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.image, labels = shared(Path(cls.folder.name))
+        values = labels.values()
+        cls.truth = {v for v, value in enumerate(values) if value == 1}
+        cls.server = Serve(*cls.options)
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.server.process.kill()
+        cls.server.process.communicate()
+        cls.folder.cleanup()
+
+    def claimed(self) -> Client:
+        """Client with the lease, which it releases after the test."""
+        client = self.server.client()
+        client.claim()
+        self.addCleanup(client.post, "/release")
+        return client
+
+    def opened(self) -> tuple[Client, Target]:
+        """Client with the image."""
+        client = self.claimed()
+        response = client.send("/set_image", self.image.message(), {"image_properties": {"spacing": self.image.spacing}})
+        self.assertEqual(response.status, 200, response.body)
+        self.assertEqual(response.json["original_image_shape"], [1, *self.image.shape])
+        self.assertEqual(client.post("/set_target_buffer", {"shape": self.image.shape, "dtype": "uint8"}).json, {})
+        return client, Target(self.image.shape)
+
+    def centre(self) -> list[int]:
+        """Middle of the true object."""
+        places = [self.place(v) for v in self.truth]
+        return [round(sum(p[a] for p in places) / len(places)) for a in range(3)]
+
+    def place(self, offset: int) -> tuple[int, int, int]:
+        """Indices of a voxel."""
+        return offset // (self.image.shape[1] * self.image.shape[2]), offset // self.image.shape[2] % self.image.shape[1], \
+            offset % self.image.shape[2]
+
+    def drawn(self, voxels: set[tuple[int, int, int]]) -> tuple[bytes, list[list[int]]]:
+        """Array with these voxels, and its interaction_bbox."""
+        box = [[min(v[a] for v in voxels), max(v[a] for v in voxels) + 1] for a in range(3)]
+        shape = [high - low for low, high in box]
+        data = bytearray(shape[0] * shape[1] * shape[2])
+        for k, j, i in voxels:
+            data[((k - box[0][0]) * shape[1] + j - box[1][0]) * shape[2] + i - box[2][0]] = 1
+        return pack("uint8", shape, bytes(data)), box
+
+    def assert_refused(self, response: Response, status: int, part: str = "") -> None:
+        """Checks a refusal: status, and a detail of one line."""
+        self.assertEqual(response.status, status, response.body)
+        detail = response.json["detail"]
+        self.assertIn(part, detail)
+        self.assertNotIn("\n", detail)
+        self.assertTrue(detail)
+
+
+class Prompts(ServeCase):
+    """Segmentation by prompts."""
+
+    def point(self, client: Client, at: Any, include: bool = True, **more: Any) -> Response:
+        """Sends a point."""
+        return client.post("/add_point_interaction", {"coordinates": list(at), "include_interaction": include, **more})
+
+    def test_capabilities(self) -> None:
+        """Keys that the Python client of the protocol reads without a default."""
+        capabilities = self.server.client().get("/capabilities").json
+        for key in ("supported_interactions", "channel_mapping", "num_interaction_channels", "supports_initial_label",
+                    "supports_zero_shot_label_refinement", "preferred_scribble_thickness", "interaction_decay",
+                    "inference_session_version", "license", "supports_undo", "do_autozoom"):
+            self.assertIn(key, capabilities)
+        self.assertEqual(len(capabilities["preferred_scribble_thickness"]), 3)
+        self.assertFalse(capabilities["supported_interactions"]["bbox3d"])
+
+    def test_points_and_undo(self) -> None:
+        """A point segments the object; undo restores the same bits, and the same point then gives the same object."""
+        client, target = self.opened()
+        self.assertTrue(target.receive(self.point(client, self.centre())))
+        self.assertGreater(target.dice(self.truth), 0.9)
+        first = bytes(target.voxels)
+        outside = [2, 2, 2]
+        self.assertTrue(target.receive(self.point(client, outside, False)))
+        second = bytes(target.voxels)
+        edge = next(self.place(v) for v in sorted(self.truth))
+        self.assertTrue(target.receive(self.point(client, edge)))
+        third = bytes(target.voxels)
+        self.assertTrue(target.receive(client.post("/undo")))
+        self.assertEqual(bytes(target.voxels), second)
+        self.assertTrue(target.receive(self.point(client, edge)))
+        self.assertEqual(bytes(target.voxels), third)
+        for expected in (second, first, bytes(len(first))):
+            self.assertTrue(target.receive(client.post("/undo")))
+            self.assertEqual(bytes(target.voxels), expected)
+        self.assertFalse(target.receive(client.post("/undo")))
+
+    def test_reset(self) -> None:
+        """After a reset, the same point gives the same object as the first time."""
+        client, target = self.opened()
+        target.receive(self.point(client, self.centre()))
+        first = bytes(target.voxels)
+        self.assertEqual(client.post("/reset_interactions").status, 200)
+        self.assertFalse(Target(self.image.shape).receive(client.post("/undo")))
+        again = Target(self.image.shape)
+        again.receive(self.point(client, self.centre()))
+        self.assertEqual(bytes(again.voxels), first)
+
+    def test_background_waits_for_an_object(self) -> None:
+        """A background point alone gives nothing, and counts as soon as there is an object."""
+        client, target = self.opened()
+        self.assertTrue(target.receive(self.point(client, [2, 2, 2], False)))
+        self.assertEqual(sum(target.voxels), 0)
+        self.assertFalse(target.receive(self.point(client, self.centre(), run_prediction=False)))
+        self.assertEqual(sum(target.voxels), 0)
+        self.assertTrue(target.receive(client.post("/predict")))
+        self.assertGreater(target.dice(self.truth), 0.9)
+        target.receive(client.post("/undo"))
+        self.assertEqual(sum(target.voxels), 0)
+
+    def test_box(self) -> None:
+        """A box in each of the three orientations."""
+        centre = self.centre()
+        for axis in range(3):
+            with self.subTest(axis=axis):
+                client, target = self.opened()
+                places = [p for p in map(self.place, self.truth) if p[axis] == centre[axis]]
+                box = [[min(p[a] for p in places), max(p[a] for p in places) + 1] for a in range(3)]
+                target.receive(client.post("/add_bbox_interaction", {"bbox_coords": box, "include_interaction": True}))
+                self.assertGreater(target.dice(self.truth), 0.85)
+                client.post("/release")
+
+    def test_box_after_a_point(self) -> None:
+        """Boxes of object and background as corrections."""
+        client, target = self.opened()
+        target.receive(self.point(client, self.centre()))
+        centre = self.centre()
+        places = [p for p in map(self.place, self.truth) if p[0] == centre[0]]
+        box = [[min(p[a] for p in places), max(p[a] for p in places) + 1] for a in range(3)]
+        target.receive(client.post("/add_bbox_interaction", {"bbox_coords": box, "include_interaction": True}))
+        self.assertGreater(target.dice(self.truth), 0.9)
+        target.receive(client.post("/add_bbox_interaction", {"bbox_coords": [[2, 3], [2, 12], [2, 12]],
+                                                             "include_interaction": False}))
+        self.assertGreater(target.dice(self.truth), 0.9)
+        self.assertTrue(target.receive(client.post("/undo")))
+
+    def test_scribble(self) -> None:
+        """A scribble of two voxels, in a part of the image and in an array of its size."""
+        centre = self.centre()
+        voxels = {(centre[0], centre[1] + dj, centre[2] + di) for dj in range(2) for di in range(-4, 5)}
+        array, box = self.drawn(voxels)
+        client, target = self.opened()
+        target.receive(client.send("/add_scribble_interaction", array, {"include_interaction": True, "interaction_bbox": box}))
+        self.assertGreater(target.dice(self.truth), 0.9)
+        part = bytes(target.voxels)
+        client.post("/release")
+        whole = bytearray(self.image.count)
+        for k, j, i in voxels:
+            whole[target.offset(k, j, i)] = 1
+        client, target = self.opened()
+        target.receive(client.send("/add_scribble_interaction", pack("uint8", self.image.shape, bytes(whole)),
+                                   {"include_interaction": True, "interaction_bbox": None}))
+        self.assertEqual(bytes(target.voxels), part)
+        target.receive(client.send("/add_scribble_interaction", self.drawn({(2, 2, i) for i in range(2, 12)})[0],
+                                   {"include_interaction": False, "interaction_bbox": [[2, 3], [2, 3], [2, 12]]}))
+        self.assertGreater(target.dice(self.truth), 0.9)
+
+    def test_lasso(self) -> None:
+        """A filled lasso, and its outline of two voxels: both segment the object."""
+        centre = self.centre()
+        area = {p for p in map(self.place, self.truth) if p[0] == centre[0]}
+        inner = {(k, j, i) for k, j, i in area
+                 if all((k, j + dj, i + di) in area for dj in range(-2, 3) for di in range(-2, 3))}
+        for name, voxels in (("filled", area), ("line", area - inner)):
+            with self.subTest(lasso=name):
+                array, box = self.drawn(voxels)
+                client, target = self.opened()
+                target.receive(client.send("/add_lasso_interaction", array, {"include_interaction": True, "interaction_bbox": box}))
+                self.assertGreater(target.dice(self.truth), 0.85)
+                client.post("/release")
+
+    def test_initial_segmentation(self) -> None:
+        """An initial segmentation is kept until a prompt changes it, and can be withdrawn."""
+        client, target = self.opened()
+        mask = bytearray(self.image.count)
+        for v in self.truth:
+            mask[v] = 1
+        self.assertFalse(target.receive(client.send("/add_initial_seg_interaction", pack("uint8", self.image.shape, bytes(mask)))))
+        target.voxels[:] = mask
+        self.assertTrue(target.receive(self.point(client, [2, 2, 2], False)))
+        self.assertGreater(target.dice(self.truth), 0.9)
+        self.assertTrue(target.receive(client.post("/undo")))
+        self.assertEqual(bytes(target.voxels), bytes(mask))
+        self.assertTrue(target.receive(client.post("/undo")))
+        self.assertEqual(sum(target.voxels), 0)
+        self.assertTrue(target.receive(client.send("/add_initial_seg_interaction", pack("bool", self.image.shape, bytes(mask)),
+                                                   {"run_prediction": True})))
+        self.assertGreater(target.dice(self.truth), 0.9)
+
+    def test_stored_chunks_and_types(self) -> None:
+        """Uncompressed chunks, and other types of voxels, give the same object."""
+        client, target = self.opened()
+        target.receive(self.point(client, self.centre()))
+        expected = bytes(target.voxels)
+        values = self.image.values()
+        for dtype, code in (("float32", "f"), ("float64", "d"), ("int32", "i"), ("float16", "e")):
+            with self.subTest(dtype=dtype):
+                data = struct.pack(f"<{len(values)}{code}", *values)
+                array = pack(dtype, [1, *self.image.shape], data, chunk=wire.stored_chunk, element=struct.calcsize(code))
+                self.assertEqual(client.send("/set_image", array).status, 200)
+                target = Target(self.image.shape)
+                target.receive(self.point(client, self.centre()))
+                self.assertEqual(bytes(target.voxels), expected)
+
+    def test_real_image(self) -> None:
+        """A kidney of a CT image: a point, then points in the worst errors."""
+        data = os.environ.get("SIMPLEXSEG_DATA")
+        if not data or not (Path(data) / "ct_abdomen").exists():
+            self.skipTest("SIMPLEXSEG_DATA names no folder with ct_abdomen")
+        image = Image(Path(data) / "ct_abdomen/ct.nii.gz")
+        truth = {v for v, value in enumerate(Image(Path(data) / "ct_abdomen/labels.nii.gz").values()) if value == 2}
+        client = self.claimed()
+        self.assertEqual(client.send("/set_image", image.message(), {"image_properties": {"spacing": image.spacing}}).status, 200)
+        target = Target(image.shape)
+
+        def deepest(voxels: set[int]) -> list[int]:
+            """Voxel that remains longest when the border is removed again and again."""
+            steps = (1, -1, image.shape[2], -image.shape[2], image.shape[1] * image.shape[2], -image.shape[1] * image.shape[2])
+            while True:
+                inner = {v for v in voxels if all(v + step in voxels for step in steps)}
+                if not inner:
+                    v = min(voxels)
+                    return [v // (image.shape[1] * image.shape[2]), v // image.shape[2] % image.shape[1], v % image.shape[2]]
+                voxels = inner
+
+        target.receive(self.point(client, deepest(truth)))
+        dices = [target.dice(truth)]
+        for _ in range(4):
+            mine = {v for v, one in enumerate(target.voxels) if one}
+            missing, extra = truth - mine, mine - truth
+            include = len(missing) >= len(extra)
+            target.receive(self.point(client, deepest(missing if include else extra), include))
+            dices.append(target.dice(truth))
+        print("kidney, Dice after each point:", [round(d, 3) for d in dices], file=sys.stderr)
+        self.assertGreater(dices[0], 0.6)
+        self.assertGreater(max(dices[1:]), 0.8)
+
+
+class Refusals(ServeCase):
+    """Leases, tokens, sizes and damaged requests."""
+    options = ("--max-megabytes", "4", "--idle-timeout", "600", "--liveness-timeout", "60")
+
+    def test_token(self) -> None:
+        """Without the token, only /healthz is served."""
+        self.assertEqual(Client(self.server.port).get("/healthz").json, {"ok": True})
+        for token in (None, TOKEN[:-1], TOKEN + "x", "x"):
+            client = Client(self.server.port, token)
+            for method, path in (("GET", "/capabilities"), ("POST", "/claim"), ("POST", "/set_image"), ("GET", "/nothing")):
+                self.assert_refused(client.request(method, path, b"{}" if method == "POST" else None), 401, "token")
+        self.assert_refused(Client(self.server.port, extra={"Authorization": TOKEN}).get("/capabilities"), 401)
+
+    def test_leases(self) -> None:
+        """One client at a time; requests without a lease are refused."""
+        client = self.claimed()
+        second = self.server.client()
+        response = second.post("/claim")
+        self.assert_refused(response, 503)
+        self.assertEqual(response.headers["retry-after"], "10")
+        for path in ("/heartbeat", "/undo", "/reset_interactions", "/add_point_interaction"):
+            self.assert_refused(second.post(path), 410)
+        self.assertGreater(client.post("/heartbeat").json["remaining_seconds"], 500)
+        status = client.get("/lease_status").json
+        self.assertEqual(status["idle_timeout_seconds"], 600)
+        self.assertEqual(client.post("/release").json, {"released": True})
+        self.assertEqual(client.post("/release").json, {"released": True})
+        self.assert_refused(client.post("/heartbeat"), 410)
+        self.assert_refused(client.get("/lease_status"), 410)
+        second.claim()
+        self.assert_refused(client.post("/undo"), 410)
+        second.post("/release")
+
+    def test_too_large(self) -> None:
+        """Sizes are limited before and after decompression."""
+        client = self.claimed()
+        self.assert_refused(client.send("/set_image", bytes(5 << 20)), 413)
+        zeros = pack("uint8", [1, 200, 200, 200], bytes(8_000_000))
+        self.assertLess(len(zeros), 1 << 20)
+        self.assert_refused(client.send("/set_image", zeros), 413, "larger")
+        self.assert_refused(client.post("/add_point_interaction", {"x": "y" * 100_000}), 413)
+        claimed = struct.pack("<4sBBBB5s4qI", b"NNIA", 1, 1, 4, 5, b"uint8", 1, 1 << 20, 1 << 20, 1 << 20, 0)
+        self.assert_refused(client.send("/set_image", claimed), 413)
+
+    def test_bad_arrays(self) -> None:
+        """Damaged arrays, and those that do not fit, are refused and change nothing."""
+        client, target = self.opened()
+        good = self.image.message()
+        target.receive(client.post("/add_point_interaction", {"coordinates": self.centre(), "include_interaction": True}))
+        bad = [b"", b"NNIA", b"x" * 100, good[:50], good[:-1], good + b"x", b"XXXX" + good[4:],
+               pack("uint8", [2, 4, 4, 4], bytes(128)), pack("uint8", [4, 4, 4], bytes(64)), pack("uint8", [1, 0, 4, 4], b""),
+               pack("complex64", [1, 2, 2, 2], bytes(64)), struct.pack("<4sBBBB5s4qI", b"NNIA", 1, 1, 4, 5, b"uint8", 1, -1, 4, 4, 0)]
+        for message in bad:
+            self.assert_refused(client.send("/add_scribble_interaction", message, {"include_interaction": True}), 400)
+        scribble, box = self.drawn({(4, 4, 4), (4, 4, 5)})
+        meta = {"include_interaction": True, "interaction_bbox": box}
+        for wrong in ("{", "[]", "nonsense", {}, {"include_interaction": 1}, {**meta, "interaction_bbox": [[0, 1]]},
+                      {**meta, "interaction_bbox": [[4, 5], [4, 5], [47, 49]]}, {**meta, "interaction_bbox": [[4, 5], [4, 5], [6, 6]]},
+                      {**meta, "interaction_bbox": [[1e300, 5], [4, 5], [6, 7]]}, {**meta, "interaction_bbox": None}):
+            self.assert_refused(client.send("/add_scribble_interaction", scribble, wrong), 400)
+        empty = pack("uint8", [1, 1, 2], bytes(2))
+        self.assert_refused(client.send("/add_lasso_interaction", empty, meta), 400)
+        before = bytes(target.voxels)
+        target.receive(client.post("/undo"))
+        self.assertEqual(sum(target.voxels), 0, "the refused prompts were no units of undo")
+        self.assertGreater(sum(before), 0)
+        for message in bad:
+            self.assert_refused(client.send("/set_image", message), 400)
+
+    def test_bad_json(self) -> None:
+        """Requests that are no JSON, lack keys, or have values out of range."""
+        client, _ = self.opened()
+        for body in (b"", b"{", b"[]", b"\xff\xfe", b"null", b"[" * 60_000):
+            self.assert_refused(client.request("POST", "/add_point_interaction", body), 400)
+        for body in ({"coordinates": [1, 2], "include_interaction": True}, {"coordinates": [1, 2, 3]}, {"include_interaction": True},
+                     {"coordinates": [1, 2, "3"], "include_interaction": True}, {"coordinates": [1, 2, 1e308], "include_interaction": True},
+                     {"coordinates": [-1, 2, 3], "include_interaction": True}, {"coordinates": [1, 2, 48], "include_interaction": True},
+                     {"coordinates": [1, 2, 3], "include_interaction": "yes"},
+                     {"coordinates": [1, 2, 3], "include_interaction": True, "run_prediction": None}):
+            self.assert_refused(client.post("/add_point_interaction", body), 400)
+        for box in (None, [[0, 5], [0, 5], [0, 5]], [[0, 1], [0, 5]], [[5, 5], [0, 5], [0, 5]], [[0, 1], [100, 105], [0, 5]], "x"):
+            self.assert_refused(client.post("/add_bbox_interaction", {"bbox_coords": box, "include_interaction": True}), 400)
+        for body in ({"shape": [4, 4, 4], "dtype": "uint8"}, {"shape": self.image.shape}, {"shape": self.image.shape, "dtype": "float32"},
+                     {"shape": [1.5, 4, 4], "dtype": "uint8"}):
+            self.assert_refused(client.post("/set_target_buffer", body), 400)
+        for spacing in ([1, 1], [0, 1, 1], [1, 1, float("nan")], "x"):
+            self.assert_refused(client.send("/set_image", self.image.message(), {"image_properties": {"spacing": spacing}}), 400)
+        client.post("/release")
+        client = self.claimed()
+        self.assert_refused(client.post("/add_point_interaction", {"coordinates": [1, 2, 3], "include_interaction": True}), 400, "image")
+
+    def test_transport(self) -> None:
+        """Paths, methods, browsers, and bodies without a length."""
+        client = self.claimed()
+        self.assert_refused(client.get("/"), 404)
+        self.assert_refused(client.get("/claim"), 405)
+        self.assert_refused(client.post("/healthz"), 405)
+        self.assert_refused(client.request("POST", "/undo", b"{}", Origin="http://example.org"), 403)
+        self.assert_refused(client.request("POST", "/undo", b"{}", **{"Content-Encoding": "gzip"}), 415)
+        self.assert_refused(client.request("POST", "/undo", b"{}", **{"Content-Type": "multipart/form-data; boundary=x"}), 415)
+        self.assertEqual(client.post("/set_do_autozoom", {"do_autozoom": True}).json, {})
+
+    def raw(self, data: bytes, timeout: float = 15) -> bytes:
+        """Sends bytes to the server; returns its response."""
+        with socket.create_connection((wire.LOCAL, self.server.port), timeout=timeout) as connection:
+            try:
+                connection.sendall(data)
+                connection.shutdown(socket.SHUT_WR)
+                received = b""
+                while part := connection.recv(65536):
+                    received += part
+                return received
+            except OSError:
+                return b""
+
+    def test_damaged_requests(self) -> None:
+        """Random damage of requests: the server survives, and serves the next one."""
+        client, target = self.opened()
+        lease = client.lease or ""
+        headers = f"Host: x\r\nAuthorization: Bearer {TOKEN}\r\nX-Lease-Token: {lease}\r\n".encode()
+        array, box = self.drawn({(24, 20, i) for i in range(20, 28)})
+        meta = json.dumps({"include_interaction": True, "interaction_bbox": box, "run_prediction": False}).encode()
+        body = json.dumps({"coordinates": [1, 2, 3], "include_interaction": False, "run_prediction": False}).encode()
+        seeds = [b"POST /add_point_interaction HTTP/1.1\r\n" + headers + b"Content-Length: %d\r\n\r\n" % len(body) + body,
+                 b"POST /add_scribble_interaction HTTP/1.1\r\n" + headers + b"X-Meta: " + meta
+                 + b"\r\nContent-Length: %d\r\n\r\n" % len(array) + array,
+                 b"GET /capabilities HTTP/1.1\r\n" + headers + b"\r\n"]
+        chance = random.Random(7)
+        for round_ in range(150):
+            data = bytearray(seeds[round_ % len(seeds)])
+            for _ in range(chance.randint(1, 8)):
+                at = chance.randrange(len(data))
+                kind = chance.randrange(3)
+                if kind == 0:
+                    data[at] = chance.randrange(256)
+                elif kind == 1:
+                    del data[at:at + chance.randint(1, 20)]
+                else:
+                    data[at:at] = bytes(chance.randrange(256) for _ in range(chance.randint(1, 20)))
+            self.raw(bytes(data))
+        self.assertIsNone(self.server.process.poll())
+        self.raw(b"GET /" + b"x" * 100_000 + b" HTTP/1.1\r\n\r\n")
+        self.raw(b"GET /healthz HTTP/1.1\r\n" + b"".join(b"A%d: b\r\n" % n for n in range(20_000)) + b"\r\n")
+        self.raw(b"POST /claim HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nffffffff\r\n")
+        self.raw(b"\x00" * 1000)
+        self.assertIsNone(self.server.process.poll())
+        self.assertEqual(Client(self.server.port).get("/healthz").status, 200)
+        target.receive(client.post("/reset_interactions") and client.post("/predict"))
+
+    def test_endless_headers_end(self) -> None:
+        """Headers without an end are cut off at a limit of size."""
+        with socket.create_connection((wire.LOCAL, self.server.port), timeout=15) as connection:
+            connection.sendall(b"GET /healthz HTTP/1.1\r\n")
+            sent = 0
+            try:
+                while sent < 50 << 20:
+                    sent += connection.send(b"Name: value\r\n" * 1000)
+            except OSError:
+                pass
+        self.assertLess(sent, 50 << 20)
+
+
+class Times(unittest.TestCase):
+    """Timeouts, the end of the server, and its options."""
+
+    def test_a_silent_client_loses_its_lease(self) -> None:
+        """After the liveness timeout another client may have the server; heartbeats prevent it, but not the idle timeout."""
+        server = Serve("--liveness-timeout", "2", "--idle-timeout", "5")
+        self.addCleanup(server.process.communicate)
+        self.addCleanup(server.process.kill)
+        first, second = server.client(), server.client()
+        first.claim()
+        for _ in range(4):
+            time.sleep(0.8)
+            self.assertEqual(first.post("/heartbeat").status, 200)
+        self.assertEqual(second.post("/claim").status, 503)
+        end = time.monotonic() + 4
+        while first.post("/heartbeat").status == 200:
+            self.assertLess(time.monotonic(), end, "the idle timeout")
+            time.sleep(0.3)
+        second.claim()
+        time.sleep(2.5)
+        self.assertEqual(second.post("/heartbeat").status, 410)
+
+    def test_signals_end_it(self) -> None:
+        """SIGTERM and SIGINT end it within a second, also while clients are connected and it computes."""
+        for number in (signal.SIGTERM, signal.SIGINT):
+            with self.subTest(signal=number), tempfile.TemporaryDirectory() as folder:
+                server = Serve()
+                image, _ = shared(Path(folder))
+                client = server.client()
+                client.claim()
+                self.assertEqual(client.send("/set_image", image.message()).status, 200)
+                silent = socket.create_connection((wire.LOCAL, server.port))
+                busy = socket.create_connection((wire.LOCAL, server.port))
+                body = json.dumps({"coordinates": [24, 24, 24], "include_interaction": True}).encode()
+                busy.sendall(f"POST /add_point_interaction HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {TOKEN}\r\nX-Lease-Token: "
+                             f"{client.lease}\r\nContent-Length: {len(body)}\r\n\r\n".encode() + body)
+                time.sleep(0.05)
+                seconds, _, err = server.end(number)
+                silent.close()
+                busy.close()
+                self.assertEqual(server.process.returncode, 0)
+                self.assertEqual(err, "")
+                self.assertLess(seconds, 2.0)  # 1 s, and a margin for a loaded machine
+
+    def test_options(self) -> None:
+        """Beyond the loopback a token is needed; bad tokens and addresses are one line with status 2."""
+        environment = {k: v for k, v in os.environ.items() if k != "NN_INTERACTIVE_API_KEY"}
+
+        def refused(*options: str, token: str = "") -> str:
+            done = subprocess.run([program(), "serve", *options], capture_output=True, text=True, timeout=60, check=False,
+                                  env={**environment, **({"NN_INTERACTIVE_API_KEY": token} if token else {})})
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1)
+            self.assertEqual(done.stdout, "")
+            return done.stderr
+
+        self.assertIn("no token", refused("--listen", "0.0.0.0"))
+        self.assertIn("not an IP address", refused("--listen", "localhost"))
+        short = refused(token="secret-short")
+        self.assertIn("fewer than 16", short)
+        self.assertNotIn("secret-short", short)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "token"
+            self.assertIn("cannot be read", refused("--token-file", str(file)))
+            file.write_text(TOKEN + "\n", encoding="utf-8")
+            file.chmod(0o644)
+            self.assertIn("chmod 600", refused("--token-file", str(file)))
+            file.chmod(0o600)
+            server = Serve("--token-file", str(file), token=None)
+            self.addCleanup(server.process.kill)
+            self.assertEqual(Client(server.port).get("/capabilities").status, 401)
+            self.assertEqual(Client(server.port, TOKEN).get("/capabilities").status, 200)
+            self.assertIn("in use", refused("--port", str(server.port)))
+            self.assertLess(server.end()[0], 2.0)
+
+
+if __name__ == "__main__":
+    try:
+        ctypes.CDLL(wire.BLOSC)
+    except OSError:
+        skip("install libblosc1")
+    main()
