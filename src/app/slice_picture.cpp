@@ -11,8 +11,8 @@ namespace simplexseg {
 namespace {
 
 constexpr int kMaxRows = 4;
-constexpr double kMargin = 0.35;  ///< margin around objects, in their largest extent
-constexpr int kGap = 4;           ///< distance between panels, pixels
+constexpr double kObjectMargin = 0.35;  ///< margin around objects, in their largest extent
+constexpr int kGap = 4;                 ///< distance between panels, pixels
 
 /// Plane of a slice, perpendicular to the world axis `across`. `right`, `down`: world axes (LPS) that point right and
 /// down in the picture, multiplied by their signs.
@@ -163,7 +163,7 @@ Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright
   }
   if (!volume.empty()) {
     const Box whole = box_of(volume.geometry());
-    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * (box.high - box.low).maxCoeff());
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kObjectMargin * (box.high - box.low).maxCoeff());
     const Box around{(box.low - margin).cwiseMax(whole.low), (box.high + margin).cwiseMin(whole.high)};
     const bool is_inside = !surfaces.empty() && (around.high - around.low).minCoeff() > 0;
     box = frame == SliceFrame::Objects && is_inside ? around : whole;

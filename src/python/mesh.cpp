@@ -194,7 +194,8 @@ void bind_mesh(py::module_& module) {
   module.def(
       "write_mesh", [](const fs::path& path, const Surface& surface) { write_mesh(path, *surface.mesh); },
       py::arg("path"), py::arg("mesh"), py::call_guard<WithoutGil>(),
-      "Writes .ply (lossless), .obj, .stl, .vtk or .vtp atomically. Raises Error if the file cannot be written.");
+      "Writes .ply (lossless), .obj, .stl, .vtk, .vtp, .3mf or .glb atomically. Raises Error if the file cannot be "
+      "written.");
   module.def(
       "mesh_from_labels", &mesh_of_labels, py::arg("labels"), py::arg("label") = py::none(), py::kw_only(),
       py::arg("part") = 0, py::arg("vertices") = 0, py::call_guard<WithoutGil>(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rulers, angles, ellipses, and the axes of objects: tests send events and check the scene, the values and the picture.
 #include <QAction>
+#include <QFile>
 #include <QHeaderView>
 #include <QKeyEvent>
 #include <QTableWidget>
@@ -15,6 +16,7 @@
 #include "gui/views/measure_tool.h"
 #include "gui/views/measurement_layer.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/message_bar.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
@@ -250,6 +252,23 @@ TEST_F(MeasureTest, TheTableIsSaved) {
   const QByteArray text = file.readAll();
   EXPECT_TRUE(text.contains("\nruler 1,ruler,20")) << text.toStdString();
   EXPECT_TRUE(text.contains("\nobject,segmentation,")) << text.toStdString();
+}
+
+TEST_F(MeasureTest, AReportOfTheCaseIsSaved) {
+  draw_ruler();
+  const QString path = folder_.filePath("case.pdf");
+  window_->messages().clear();
+  window_->files().save_measurements_to(path);
+  ASSERT_TRUE(wait_until([&] { return window_->messages().text().startsWith("Saved"); }));
+  QFile file(path);
+  ASSERT_TRUE(file.open(QIODevice::ReadOnly));
+  EXPECT_TRUE(file.read(5) == "%PDF-");
+  // The volume is not DICOM, so a structured report is refused before anything is measured.
+  window_->messages().clear();
+  window_->files().save_measurements_to(folder_.filePath("case.sr.dcm"));
+  EXPECT_FALSE(window_->messages().text().isEmpty());
+  EXPECT_FALSE(QFile::exists(folder_.filePath("case.sr.dcm")));
+  EXPECT_FALSE(QFile::exists(folder_.filePath("case.seg.dcm")));
 }
 
 }  // namespace

@@ -203,6 +203,12 @@ TEST_F(WindowFilesTest, LabelsAndMeshesAreWritten) {
   window_->files().save_meshes_to(folder_.path());
   ASSERT_TRUE(wait_until([&] { return window_->messages().text().startsWith("Saved"); }));
   EXPECT_EQ(read_mesh(path("object.ply").toStdString()).positions, scene().meshes[0].mesh.positions);
+  window_->messages().clear();
+  window_->files().save_surfaces_to(path("case.glb"));
+  ASSERT_TRUE(wait_until([&] { return window_->messages().text().startsWith("Saved"); }));
+  QFile file(path("case.glb"));
+  ASSERT_TRUE(file.open(QIODevice::ReadOnly));
+  EXPECT_TRUE(file.read(4) == "glTF");
 }
 
 TEST_F(WindowFilesTest, ThePictureHasTheWindowsSize) {
