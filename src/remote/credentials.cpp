@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "archive/credentials.h"
+#include "remote/credentials.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -21,11 +21,11 @@ namespace {
 
 constexpr std::size_t kMaxBytes = 16384;
 
-Error bad_credentials(const ArchiveServer& server, const std::string& why, const std::string& what_to_do) {
-  return Error("the archive " + one_line(server.name), why, what_to_do);
+Error bad_credentials(const WebServer& server, const std::string& why, const std::string& what_to_do) {
+  return Error(server.what, why, what_to_do);
 }
 
-std::string read_secret_file(const ArchiveServer& server) {
+std::string read_secret_file(const WebServer& server) {
   const std::string what = "its credentials cannot be read from " + quoted(server.credentials_file);
   const int descriptor = ::open(server.credentials_file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw bad_credentials(server, what + ": " + system_error_text(errno), "check the path");
@@ -46,7 +46,7 @@ std::string read_secret_file(const ArchiveServer& server) {
 
 }  // namespace
 
-Credentials read_credentials(const ArchiveServer& server) {
+Credentials read_credentials(const WebServer& server) {
   std::string text;
   if (!server.credentials_variable.empty()) {
     const char* const value = std::getenv(server.credentials_variable.c_str());
