@@ -11,7 +11,7 @@
 #include "archive/cache.h"
 #include "archive/query.h"
 #include "archive/server.h"
-#include "core/error.h"
+#include "remote/web_server.h"
 
 namespace simplexseg {
 
@@ -33,10 +33,7 @@ struct ArchiveSent {
 };
 
 /// Failure of an archive or of the network; the same call may succeed later. Invalid input throws another Error.
-class ArchiveFault : public Error {
- public:
-  using Error::Error;
-};
+using ArchiveFault = RemoteFault;
 
 /// Archive (PACS). Each call opens and closes a separate connection, and no state remains between calls, so different
 /// threads may call one object, but not at the same time. All calls throw Error for invalid arguments, Cancelled, and

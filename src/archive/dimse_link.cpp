@@ -17,10 +17,10 @@
 #include <mutex>
 #include <optional>
 
-#include "archive/callback_guard.h"
 #include "archive/faults.h"
 #include "io/dicom/dicom_texts.h"
 #include "io/platform/files.h"
+#include "remote/callback_guard.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;

@@ -8,27 +8,17 @@
 namespace simplexseg {
 
 ArchiveFault archive_fault(const ArchiveServer& server, const std::string& why, const std::string& what_to_do) {
-  return ArchiveFault("the archive " + one_line(server.name), why, what_to_do);
+  return remote_fault(web_server_of(server), why, what_to_do);
 }
-
-ArchiveFault connection_refused(const ArchiveServer& server) {
-  return archive_fault(server, "it refused the connection at " + address_of(server),
-                       "check its host and port, and that it is running");
-}
-ArchiveFault unknown_host(const ArchiveServer& server) {
-  return archive_fault(server, "the host is unknown: " + address_of(server), "check the name and the network");
-}
-ArchiveFault timed_out(const ArchiveServer& server) {
-  return archive_fault(server, "time-out: no data for " + std::to_string(server.timeout_s) + " s",
-                       "try again, or set a longer time-out");
-}
+ArchiveFault connection_refused(const ArchiveServer& server) { return connection_refused(web_server_of(server)); }
+ArchiveFault unknown_host(const ArchiveServer& server) { return unknown_host(web_server_of(server)); }
+ArchiveFault timed_out(const ArchiveServer& server) { return timed_out(web_server_of(server)); }
 ArchiveFault connection_lost(const ArchiveServer& server, const std::string& during) {
-  return archive_fault(server, "the connection ended " + during, "try again");
+  return connection_lost(web_server_of(server), during);
 }
 ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std::uint64_t limit,
                        const std::string& what_to_do) {
-  return archive_fault(
-      server, what + " is larger than " + format_bytes(static_cast<double>(limit)) + " and was cancelled", what_to_do);
+  return too_large(web_server_of(server), what, limit, what_to_do);
 }
 ArchiveFault not_found(const ArchiveServer& server, const std::string& what) {
   return archive_fault(server, "it has no " + what, "search again; it may have been removed");

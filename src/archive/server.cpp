@@ -22,49 +22,9 @@ namespace {
 
 constexpr const char* kVersionKey = "simplexseg_archives";
 
-bool is_plain(const std::string& text, std::size_t max_size) {
-  return !text.empty() && text.size() <= max_size && text.front() != ' ' && text.back() != ' ' &&
-         std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-}
-
 bool is_title(const std::string& text) {
   return is_plain(text, 16) &&
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x7f && c != '\\'; });
-}
-
-bool is_host(const std::string& text) {
-  return is_plain(text, 253) && std::all_of(text.begin(), text.end(), [](char c) {
-           return is_ascii_letter(c) || is_ascii_digit(c) ||
-                  std::string_view(".-_:[]").find(c) != std::string_view::npos;
-         });
-}
-
-bool is_loopback(const std::string& host) {
-  return host == "localhost" || host.starts_with("127.") || host == "[::1]" || host == "::1";
-}
-
-/// Host of a URL, without the port.
-std::string host_of_url(const std::string& url) {
-  const std::size_t start = url.find("//") + 2;
-  std::string host = url.substr(start, url.find('/', start) - start);
-  if (const std::size_t bracket = host.find(']'); bracket != std::string::npos) return host.substr(0, bracket + 1);
-  return host.substr(0, host.find(':'));
-}
-
-void require_url(const ArchiveServer& server, const std::string& what) {
-  const std::string& url = server.url;
-  const char* const example = "use an address such as https://host/dicom-web";
-  if (!url.starts_with("https://") && !url.starts_with("http://"))
-    throw Error(what, url.empty() ? "it has no URL" : "its URL does not begin with https:// or http://", example);
-  const std::size_t start = url.find("//") + 2;
-  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // the name may be the URL
-    throw Error("the address of an archive", "it contains a user or a password",
-                "use a variable or a file for them instead");
-  if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))
-    throw Error(what, "its URL is invalid, or has a query or a fragment", example);
-  const bool has_credentials = !server.credentials_variable.empty() || !server.credentials_file.empty();
-  if (has_credentials && url.starts_with("http://") && !is_loopback(host_of_url(url)))
-    throw Error(what, "http would send its credentials unencrypted", "use https");
 }
 
 ArchiveServer read_server(const JsonInput& input) {
@@ -124,7 +84,8 @@ void require_archive_server(const ArchiveServer& server) {
     throw Error(what, "its time-out is " + std::to_string(server.timeout_s) + " s", "use 1 to 3600 s");
   if (!server.credentials_variable.empty() && !server.credentials_file.empty())
     throw Error(what, "it has both a variable and a file with credentials", "use one of them");
-  if (server.protocol == ArchiveProtocol::DicomWeb) return require_url(server, what);
+  if (server.protocol == ArchiveProtocol::DicomWeb)
+    return require_web_server(web_server_of(server), "https://host/dicom-web");
   if (!is_host(server.host) || server.port < 1 || server.port > 65535)
     throw Error(what, "its host or its port is invalid", "use an address such as ORTHANC@localhost:4242");
   if (!is_title(server.called_title) || !is_title(server.calling_title))
@@ -154,6 +115,17 @@ ArchiveServer archive_server_at(const std::string& address) {
   server.name = address_of(server);
   require_archive_server(server);
   return server;
+}
+
+WebServer web_server_of(const ArchiveServer& server) {
+  return {"the archive " + one_line(server.name),
+          "an archive",
+          "ask your PACS administrator",
+          address_of(server),
+          server.ca_file,
+          server.credentials_variable,
+          server.credentials_file,
+          server.timeout_s};
 }
 
 std::string address_of(const ArchiveServer& server) {

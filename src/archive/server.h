@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "remote/web_server.h"
+
 namespace simplexseg {
 
 /// Protocol of an archive.
@@ -45,6 +47,9 @@ void require_archive_server(const ArchiveServer& server);
 /// Server at an address, which also becomes the server's name: "https://host/dicom-web", or "TITLE@host:port" for
 /// Dimse. Throws Error for an invalid address.
 ArchiveServer archive_server_at(const std::string& address);
+
+/// Server of requests over HTTP, with the words for messages. For Dimse, its URL is address_of(), for messages alone.
+WebServer web_server_of(const ArchiveServer& server);
 
 /// Address of a server for messages: the URL, or "TITLE@host:port" for Dimse.
 std::string address_of(const ArchiveServer& server);

@@ -5,14 +5,14 @@
 #include <optional>
 
 #include "archive/faults.h"
-#include "archive/http_client.h"
 #include "archive/implementations.h"
 #include "archive/match.h"
-#include "archive/multipart.h"
 #include "archive/outgoing.h"
 #include "archive/receiver.h"
 #include "archive/web_json.h"
 #include "io/platform/files.h"
+#include "remote/http_client.h"
+#include "remote/multipart.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -108,7 +108,7 @@ class WebArchive : public Archive {
 
   ArchiveSent send(const std::vector<fs::path>& files, const ArchiveProgress& progress) override {
     Outgoing outgoing(server_, files, progress);
-    const HttpClient http(server_);
+    const HttpClient http(web_server_of(server_));
     for (const Outgoing::Instance& instance : outgoing.instances())
       outgoing.guard([&] { store(http, instance.file, outgoing); });
     return outgoing.sent();
@@ -117,7 +117,7 @@ class WebArchive : public Archive {
  private:
   /// Requests a path and returns the body of the small response; empty for status 204. `what`: see require_ok().
   std::string get_json(const std::string& path, const std::string& what, const ArchiveProgress& progress) const {
-    const HttpClient http(server_);
+    const HttpClient http(web_server_of(server_));
     HttpResponse response = http.get(path, kJson, [&] { report_progress(progress, {}); });
     http.require_ok(response, what);
     return std::move(response.body);
@@ -137,7 +137,7 @@ class WebArchive : public Archive {
   }
 
   void receive(const std::string& path, SeriesReceiver& receiver) const {
-    const HttpClient http(server_);
+    const HttpClient http(web_server_of(server_));
     ReceivedFile file;
     const MultipartReader::Part part{
         [&] { file.open(receiver.next_file()); }, [&](const char* data, std::size_t bytes) { file.write(data, bytes); },

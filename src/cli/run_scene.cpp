@@ -73,7 +73,7 @@ std::vector<fs::path> inputs_of(const SceneFile& file, const fs::path& folder) {
     }
   };
   for (const MeshItem& item : file.scene.meshes) {
-    if (item.start) add(item.start->path);
+    if (item.start && !item.start->network) add(item.start->path);
     if (item.reference) add(item.reference->labels);
   }
   return inputs;
@@ -145,6 +145,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   session.set_layer_source(layer_file_source(fs::path(input.scene).parent_path()));
   session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
   add_filters(session, std::move(loaded.volumes));
+  for (const Command& command : input.commands) session.apply(command);
   report.load_ms = 1000 * (seconds_now() - input.start);
 
   const int scene_steps = options.steps.value_or(session.scene_without_poses().steps);

@@ -39,9 +39,10 @@ StepOptions add_run_options(const Subcommand& sub, RunOptions& options);
 /// Scene of a run and its source.
 struct RunInput {
   LoadedInput loaded;
-  std::string scene;           ///< path for the report; empty: the scene has no file
-  std::optional<LogFile> log;  ///< log that replaces the steps of the scene; none: no log
-  double start = 0;            ///< seconds_now() before the input was read
+  std::string scene;                ///< path for the report; empty: the scene has no file
+  std::optional<LogFile> log;       ///< log that replaces the steps of the scene; none: no log
+  double start = 0;                 ///< seconds_now() before the input was read
+  std::vector<Command> commands{};  ///< applied before the first step
 };
 /// Files that the scene refers to; missing files are omitted. `folder`: folder of the scene file.
 std::vector<std::filesystem::path> inputs_of(const SceneFile& file, const std::filesystem::path& folder);

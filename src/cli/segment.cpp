@@ -7,6 +7,7 @@
 #include "app/progress.h"
 #include "app/simulate.h"
 #include "cli/commands.h"
+#include "cli/network_option.h"
 #include "cli/plan.h"
 #include "cli/run_scene.h"
 #include "cli/segment_scene.h"
@@ -21,6 +22,7 @@ namespace {
 struct SegmentOptions {
   SegmentRequest request;
   RunOptions run;
+  NetworkOptions network;
   bool plan = false;
 };
 
@@ -35,6 +37,8 @@ void segment(const SegmentOptions& options, const Console& console) {
                                                        request.reference, request.label_preset};
     const auto check = [&](const SceneFile& file) { check_outputs(options.run, file, "", read_from); };
     if (options.plan) {
+      if (!options.network.server.empty())
+        throw Error("--plan", "the server is called in a run only", "omit --network");
       if (starts_from_models(request))
         throw Error("--plan", "the models find the positions of their organs in a run only",
                     "add --seed X,Y,Z and --radius");
@@ -59,6 +63,8 @@ void segment(const SegmentOptions& options, const Console& console) {
     return print_plan(std::move(input.loaded), steps, true, console);
   }
   input.scene = options.request.scene;
+  if (!options.network.server.empty())
+    input.commands = starts_from_network(options.network, input.loaded.scene, input.loaded.volume, console);
   run_scene(std::move(input), options.run, console);
 }
 
@@ -120,6 +126,7 @@ void add_segment(const Subcommand& app, Action& action) {
       .within(1, kMaxVolumes);
   sub.add_option("--series", request.series, "UID of a series in a DICOM folder; default: the largest series");
   add_run_options(sub, options->run);
+  add_network_options(sub, options->network);
   sub.add_flag("--plan", options->plan, "Print the plan like plan --json, without a run");
   sub.add_print_flag("--xml", slicer_description,
                      "Print the description of this subcommand for 3D Slicer (Slicer Execution Model) and exit");

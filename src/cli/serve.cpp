@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "app/load.h"
-#include "archive/credentials.h"
 #include "cli/commands.h"
 #include "core/error.h"
 #include "io/platform/files.h"
+#include "remote/credentials.h"
 #include "serve/http_server.h"
 #include "serve/service.h"
 

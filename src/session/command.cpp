@@ -28,6 +28,7 @@ const char* title(const EditVoxels& c) { return info_of(c.edit).title; }
 const char* title(const MovePoint&) { return "move point"; }
 const char* title(const DeletePoint&) { return "delete point"; }
 const char* title(const SetStartModes&) { return "change start shape"; }
+const char* title(const SetStart& c) { return c.start ? "start from network" : "start from seed"; }
 const char* title(const ResetPose&) { return "reset segmentation"; }
 const char* title(const RecordProfiles& c) { return c.from_model ? "use profiles of model" : "record profiles"; }
 const char* title(const RefineMesh&) { return "refine segmentation"; }

@@ -121,6 +121,12 @@ struct SetStartModes {
   std::vector<float> modes;  ///< deviations, of at most kMostModeDeviations
   bool continues = false;    ///< whether it belongs to the slider movement of the previous command: undone together
 };
+/// Starts a mesh from the mask of a network, which also becomes the prior of its field, or from its seed again. Refused
+/// for a mesh with a model, whose prior the mask would replace.
+struct SetStart {
+  ItemId mesh;
+  std::optional<MeshStart> start;  ///< must contain a mask of a network with its mesh; none: the seed
+};
 struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
@@ -242,13 +248,13 @@ struct FilterVolume {
 struct Undo {};
 struct Redo {};
 
-using Command =
-    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
-                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh, SetParameters,
-                 StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint, CancelFieldUpdate,
-                 RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison, CommitFieldComparison, EditVoxels,
-                 ChooseLabelPreset, AddMeasurement, MoveMeasurement, RenameMeasurement, DeleteMeasurement, AddLasso,
-                 SetIntensityRange, SetModel, AddLayer, EditLayer, RemoveLayer, FilterVolume, SetImages, SetStartModes>;
+using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
+                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
+                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint,
+                             CancelFieldUpdate, RequestFieldUpdate, CommitPreliminaryField, StartFieldComparison,
+                             CommitFieldComparison, EditVoxels, ChooseLabelPreset, AddMeasurement, MoveMeasurement,
+                             RenameMeasurement, DeleteMeasurement, AddLasso, SetIntensityRange, SetModel, AddLayer,
+                             EditLayer, RemoveLayer, FilterVolume, SetImages, SetStartModes, SetStart>;
 
 /// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);

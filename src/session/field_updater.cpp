@@ -91,7 +91,7 @@ std::shared_ptr<const MeshField> base_of(const MeshItem& item, std::span<const M
                                          const std::string& filters) {
   std::shared_ptr<const MeshField> base = item.has_field() && item.field->solved ? item.field->solved : item.field;
   if (!base || base->values.empty() || base->is_preliminary() || base->intensity_range != item.intensity_range ||
-      base->model != item.model_identity() || base->images != images || base->filters != filters)
+      base->model != item.prior_identity() || base->images != images || base->filters != filters)
     return nullptr;
   const std::size_t count = base->marks.size();
   const bool adds_local_marks = count < marks.size() && std::ranges::equal(marks.first(count), base->marks) &&
@@ -175,7 +175,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
   solving_mesh_ = item.id;
   solving_marks_ = marks;
   solving_range_ = item.intensity_range;
-  solving_model_ = item.model_identity();
+  solving_model_ = item.prior_identity();
   solving_images_ = images;
   cancelled_ = false;
   progress_ = 0;
@@ -211,11 +211,11 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     return;
   }
   Field& field_of_mesh = fields_[item.id];
-  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.model_identity() ||
+  if (field_of_mesh.range != item.intensity_range || field_of_mesh.model != item.prior_identity() ||
       field_of_mesh.images != images)
-    field_of_mesh = {item.intensity_range, item.model_identity(), images};
+    field_of_mesh = {item.intensity_range, item.prior_identity(), images};
   MeshField inputs;
-  inputs.intensity_range = item.intensity_range, inputs.model = item.model_identity(), inputs.images = images;
+  inputs.intensity_range = item.intensity_range, inputs.model = item.prior_identity(), inputs.images = images;
   inputs.filters = filters_;
   std::shared_ptr<const MeshField> base = base_of(item, marks, images, filters_);
   start_in_background([this, of_mesh = &field_of_mesh, inputs = std::move(inputs), model = item.model,

@@ -23,8 +23,8 @@ struct MeshField {
   std::vector<Mark> marks;           ///< empty for a preliminary field
   std::vector<Mark> others;          ///< inside marks of other meshes that reach the box: background for this mesh
   IntensityRange intensity_range{};  ///< with which it was solved (MeshItem::intensity_range)
-  std::string model{};               ///< MeshModel::identity() of the model with which it was solved; "": none
-  float model_trust = 0;             ///< share of the prior of the model in the field, 0 to 1; 0: it has no effect
+  std::string model{};               ///< MeshItem::prior_identity() with which it was solved; "": none
+  float model_trust = 0;             ///< share of this prior in the field, 0 to 1; 0: it has no effect
   std::uint64_t images = 0;          ///< digest_of() the images in which it was solved
   std::string filters{};             ///< filters of the volume with which it was solved (key_of())
   RangeEffect range_effect = RangeEffect::Limits;

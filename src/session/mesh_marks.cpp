@@ -70,7 +70,7 @@ bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& vol
   if (!uses_field(item, volume)) return false;
   if (!item.field) return true;
   if (!item.is_given() &&
-      (item.intensity_range != item.field->intensity_range || item.model_identity() != item.field->model ||
+      (item.intensity_range != item.field->intensity_range || item.prior_identity() != item.field->model ||
        digest_of(scene, item.images) != item.field->images ||
        key_of(scene.volume_preprocessing.filters) != item.field->filters))
     return true;

@@ -19,6 +19,7 @@
 #include "session/layer.h"
 #include "session/mesh_field.h"
 #include "session/mesh_images.h"
+#include "session/network_mask.h"
 #include "session/voxel_edit.h"
 #include "step/engine.h"
 #include "step/simulation_parameters.h"
@@ -51,10 +52,10 @@ struct EarlierObject {
   Eigen::Vector3d centroid_mm{0, 0, 0};  ///< in the frame of that study, LPS
 };
 
-/// Start of a mesh other than the sphere of its seed: labels, a mesh of another program, or the surface of an earlier
-/// study. A reset restores the mesh to it.
+/// Start of a mesh other than the sphere of its seed: labels, a mesh of another program, the surface of an earlier
+/// study, or the mask of a network. A reset restores the mesh to it.
 struct MeshStart {
-  std::string path;             ///< path of a label volume or a mesh, as in the scene file
+  std::string path;             ///< path of a label volume or a mesh, as in the scene file; empty for `network`
   std::optional<double> value;  ///< label; none: every voxel that is not 0
   int part = 0;                 ///< connected component, numbered by size from 1, the largest; 0: all
   std::shared_ptr<const SimplexMesh> mesh;
@@ -62,6 +63,8 @@ struct MeshStart {
   /// surface is its prior (field/surface_prior.h). 0: the inside of the surface is the object, whatever the image.
   double error_mm = 0;
   EarlierObject earlier{};
+  /// Mask of a network, of which `mesh` is the surface; `error_mm` is then above 0. Null: none.
+  std::shared_ptr<const NetworkMask> network{};
 };
 
 /// Largest absolute value of MeshItem::start_modes, deviations.
@@ -132,6 +135,9 @@ struct MeshItem {
 
   /// MeshModel::identity() of the model; "" without one.
   std::string model_identity() const { return model ? model->identity() : ""; }
+  /// Identity of the prior of its field: of the model, or of the mask of a network from which it starts; "" without
+  /// one.
+  std::string prior_identity() const;
   bool has_field() const { return field && !field->values.empty(); }
   /// Whether the image does not affect its field, which is the inside of `start` with the corrections of its marks.
   bool is_given() const { return start && !(start->error_mm > 0); }

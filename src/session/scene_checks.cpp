@@ -146,7 +146,7 @@ void check_model(const MeshItem& item, const MeshModel* model) {
   if (!model->organ) throw Error("the model of '" + item.name + "'", "it was not read", "read its file first");
   if (item.start)
     throw Error("the model of '" + item.name + "'",
-                "the segmentation starts from labels or a mesh, which replaces a model",
+                "the segmentation starts from labels, a mesh or a network, which replaces a model",
                 "start it from a seed to use a model");
 }
 

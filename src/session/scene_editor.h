@@ -51,6 +51,7 @@ class SceneEditor {
   SceneChange execute(const SetModel& command);
   SceneChange execute(const SetImages& command);
   SceneChange execute(const SetStartModes& command);
+  SceneChange execute(const SetStart& command);
   SceneChange execute(const ChooseLabelPreset& command);
   SceneChange execute(const AddMeasurement& command);
   SceneChange execute(const MoveMeasurement& command);

@@ -145,7 +145,7 @@ void Session::cancel_useless_field_update() {
   const MeshItem* const item = scene_.find_mesh(mesh);
   const auto is_withdrawn = [&] {
     if (item->intensity_range != field_updater_.solving_range()) return true;
-    if (item->model_identity() != field_updater_.solving_model()) return true;
+    if (item->prior_identity() != field_updater_.solving_model()) return true;
     if (digest_of(scene_, item->images) != field_updater_.solving_images()) return true;
     const std::vector<Mark>& solved = field_updater_.solving_marks();
     const std::vector<Mark> now = marks_of(scene_, *item, volume_);

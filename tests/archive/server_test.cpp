@@ -5,10 +5,10 @@
 
 #include <cstdlib>
 
-#include "archive/credentials.h"
 #include "archive/match.h"
 #include "archive/query.h"
 #include "io/test_files.h"
+#include "remote/credentials.h"
 
 namespace simplexseg {
 namespace {
@@ -74,17 +74,17 @@ TEST_F(Servers, InvalidAddressesAreRejected) {
 
 TEST_F(Servers, CredentialsAreReadFromTheVariableOrFile) {
   ArchiveServer server = web();
-  EXPECT_TRUE(read_credentials(server).basic.empty());
+  EXPECT_TRUE(read_credentials(web_server_of(server)).basic.empty());
   server.credentials_variable = "SIMPLEXSEG_TEST_LOGIN";
   ::unsetenv("SIMPLEXSEG_TEST_LOGIN");
-  EXPECT_NE(error_of([&] { read_credentials(server); }).find("not set"), std::string::npos);
+  EXPECT_NE(error_of([&] { read_credentials(web_server_of(server)); }).find("not set"), std::string::npos);
   ::setenv("SIMPLEXSEG_TEST_LOGIN", "ann:pass:word", 1);
-  EXPECT_EQ(read_credentials(server).basic, "ann:pass:word");
+  EXPECT_EQ(read_credentials(web_server_of(server)).basic, "ann:pass:word");
   ::setenv("SIMPLEXSEG_TEST_LOGIN", "Bearer abc.def", 1);
-  EXPECT_EQ(read_credentials(server).bearer, "abc.def");
+  EXPECT_EQ(read_credentials(web_server_of(server)).bearer, "abc.def");
   for (const char* bad : {"hidden", ":hidden", "bearer ", "bearer hidden hidden", "ann:hidden\r\nX: y"}) {
     ::setenv("SIMPLEXSEG_TEST_LOGIN", bad, 1);
-    const std::string message = error_of([&] { read_credentials(server); });
+    const std::string message = error_of([&] { read_credentials(web_server_of(server)); });
     EXPECT_NE(message.find("format of its credentials"), std::string::npos) << bad;
     EXPECT_EQ(message.find("hidden"), std::string::npos) << message;
   }
@@ -94,14 +94,14 @@ TEST_F(Servers, CredentialsAreReadFromTheVariableOrFile) {
   server.credentials_file = write("login", "ann:hidden\n");
   for (const mode_t mode : {0644, 0640, 0602}) {
     ::chmod(server.credentials_file.c_str(), mode);
-    const std::string message = error_of([&] { read_credentials(server); });
+    const std::string message = error_of([&] { read_credentials(web_server_of(server)); });
     EXPECT_NE(message.find("chmod 600"), std::string::npos);
     EXPECT_EQ(message.find("hidden"), std::string::npos);
   }
   ::chmod(server.credentials_file.c_str(), 0600);
-  EXPECT_EQ(read_credentials(server).basic, "ann:hidden");
+  EXPECT_EQ(read_credentials(web_server_of(server)).basic, "ann:hidden");
   server.credentials_file = folder;
-  EXPECT_NE(error_of([&] { read_credentials(server); }).find("not a file"), std::string::npos);
+  EXPECT_NE(error_of([&] { read_credentials(web_server_of(server)); }).find("not a file"), std::string::npos);
 }
 
 TEST(Queries, DatesAreConverted) {

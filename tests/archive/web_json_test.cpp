@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "archive/multipart.h"
 #include "core/error.h"
+#include "remote/multipart.h"
 
 namespace simplexseg {
 namespace {

@@ -202,7 +202,7 @@ NextStudy follow_image(const LoadedInput& input, const FollowedImage& image, con
 
 void write_starts(const fs::path& scene_path, Scene& scene) {
   for (MeshItem& item : scene.meshes) {
-    if (!item.start || !item.start->mesh || !item.start->path.empty()) continue;
+    if (!item.start || !item.start->mesh || !item.start->path.empty() || item.start->network) continue;
     const fs::path path = fs::absolute(scene_path.parent_path() /
                                        (scene_path.stem().string() + ".carried-" + std::to_string(item.id) + ".ply"))
                               .lexically_normal();

@@ -158,7 +158,7 @@ class HistoryReader {
     expect(input.has("start") == saved.contains("start"), "the start of a mesh in it is missing");
     if (!input.has("start")) return;
     item.start = mesh_start_from_json(input["start"]);
-    item.start->path = absolute_if_found(item.start->path, folder_);
+    if (!item.start->network) item.start->path = absolute_if_found(item.start->path, folder_);
     item.start->mesh = start_mesh(saved.at("start"));
   }
 

@@ -286,6 +286,9 @@ concept ModelCommand =
 Json keys_json(const ModelCommand auto& c) { return model_keys_json<Json>(c); }
 void read_keys(const JsonInput& in, ModelCommand auto& c) { read_model_keys(in, c); }
 
+Json keys_json(const SetStart& c) { return set_start_json<Json>(c); }
+void read_keys(const JsonInput& in, SetStart& c) { read_set_start(in, c); }
+
 Json keys_json(const EditVoxels& c) {
   const VoxelEditInfo& info = info_of(c.edit);
   Json json = {{"mesh", c.mesh}, {"edit", info.name}};
@@ -365,7 +368,8 @@ const std::vector<std::string> kNames = {"add_mesh",
                                          "remove_layer",
                                          "filter_volume",
                                          "set_images",
-                                         "set_start_modes"};
+                                         "set_start_modes",
+                                         "set_start"};
 /// Earlier names of commands, in logs and histories of previous versions.
 const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
                                                           {"take_field", "commit_field_update"}};
@@ -436,7 +440,7 @@ LogFile read_log(const fs::path& path) {
     const JsonInput entry = entries[e];
     const int steps = read_steps("after_steps", entry);
     Command command = read_command(entry);
-    if (auto* add = std::get_if<AddMesh>(&command); add && add->start) add->start = load_start(*add->start, {}).start;
+    load_start_of(command);
     file.log.push_back({steps, std::move(command)});
   }
   file.trailing_steps = read_steps("trailing_steps", input);

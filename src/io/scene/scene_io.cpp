@@ -58,7 +58,9 @@ void read_label(const JsonInput& input, LabelChoice& choice) {
 void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& files, int vertices, MeshItem& item) {
   input.expect_keys(start_keys());
   LoadedStart loaded;
-  if (input.has("mesh")) {
+  if (input.has("network")) {
+    loaded = load_start(mesh_start_from_json(input), folder, vertices);
+  } else if (input.has("mesh")) {
     for (const char* key : {"labels", "label", "part"})
       if (input.has(key)) input[key].fail("a start has either labels or a mesh", "delete one of them");
     const std::string path = absolute_if_found(input["mesh"].text(), folder);

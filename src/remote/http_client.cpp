@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "archive/http_client.h"
+#include "remote/http_client.h"
 
 #include <curl/curl.h>
 
@@ -7,18 +7,17 @@
 #include <memory>
 #include <mutex>
 
-#include "archive/callback_guard.h"
-#include "archive/faults.h"
 #include "core/number_text.h"
 #include "io/platform/files.h"
+#include "remote/callback_guard.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMaxStoredResponse = 32'000'000;  ///< largest response that is stored in memory, bytes
-constexpr std::size_t kMaxErrorBody = 4096;             ///< largest stored part of an error response, bytes
-constexpr long kMinBytesPerSecond = 10;                 ///< a transfer that is slower for the time-out is cancelled
-constexpr long kMaxTimeouts = 20;                       ///< limit for a small request, in time-outs of the server
+constexpr std::size_t kMaxErrorBody = 4096;  ///< largest stored part of an error response, bytes
+constexpr const char* kNarrowRequest = "narrow the search";
+constexpr long kMinBytesPerSecond = 10;  ///< a transfer that is slower for the time-out is cancelled
+constexpr long kMaxTimeouts = 20;        ///< limit for a small request, in time-outs of the server
 
 struct HandleCloser {
   void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
@@ -40,6 +39,7 @@ struct HttpClient::Transfer : CallbackGuard {
   const HttpSink* sink = nullptr;
   const HttpBody* body = nullptr;
   const std::function<void()>* waiting = nullptr;
+  std::uint64_t max_bytes = HttpRequest().max_bytes;
   CURL* handle = nullptr;
   HttpResponse response;
   bool too_large = false;
@@ -60,11 +60,21 @@ struct HttpClient::Transfer : CallbackGuard {
       if (response.status == 0) transfer.read_status();
       const bool ok = response.status == 200;
       if (ok && transfer.sink) return (*transfer.sink)(response.content_type, data, bytes);
-      const std::size_t limit = response.status < 300 ? kMaxStoredResponse : kMaxErrorBody;
+      const std::size_t limit = response.status < 300 ? transfer.max_bytes : kMaxErrorBody;
       transfer.too_large = response.status < 300 && response.body.size() + bytes > limit;
       if (response.body.size() < limit) response.body.append(data, std::min(bytes, limit - response.body.size()));
     });
     return accepted && !transfer.too_large ? bytes : 0;
+  }
+  static std::size_t on_header(char* data, std::size_t, std::size_t bytes, void* self) {
+    constexpr std::string_view kMeta = "x-meta:";
+    const std::string_view line(data, bytes);
+    if (bytes < kMeta.size() || lower_ascii(line.substr(0, kMeta.size())) != kMeta) return bytes;
+    std::string& meta = static_cast<Transfer*>(self)->response.meta;
+    meta = line.substr(kMeta.size());
+    while (!meta.empty() && is_space(meta.back())) meta.pop_back();
+    meta.erase(0, std::min(meta.find_first_not_of(' '), meta.size()));
+    return bytes;
   }
   static std::size_t on_read(char* to, std::size_t, std::size_t capacity, void* self) {
     auto& transfer = *static_cast<Transfer*>(self);
@@ -77,38 +87,53 @@ struct HttpClient::Transfer : CallbackGuard {
   }
 };
 
-HttpClient::HttpClient(const ArchiveServer& server) : server_(server), credentials_(read_credentials(server)) {}
+HttpClient::HttpClient(const WebServer& server) : server_(server), credentials_(read_credentials(server)) {}
 
 HttpResponse HttpClient::get(const std::string& path, const std::string& accept,
                              const std::function<void()>& waiting) const {
   Transfer transfer;
   transfer.waiting = &waiting;
-  return perform(path, accept, transfer);
+  return perform({"GET", path, accept, {}, "", ""}, transfer);
 }
 
 HttpResponse HttpClient::get(const std::string& path, const std::string& accept, const HttpSink& sink,
                              const std::function<void()>& waiting) const {
   Transfer transfer;
   transfer.sink = &sink, transfer.waiting = &waiting;
-  return perform(path, accept, transfer);
+  return perform({"GET", path, accept, {}, "", ""}, transfer);
 }
 
 HttpResponse HttpClient::post(const std::string& path, const std::string& accept, const HttpBody& body,
                               const std::function<void()>& waiting) const {
   Transfer transfer;
   transfer.body = &body, transfer.waiting = &waiting;
-  return perform(path, accept, transfer);
+  return perform({"POST", path, accept, {}, "", ""}, transfer);
 }
 
-HttpResponse HttpClient::perform(const std::string& path, const std::string& accept, Transfer& transfer) const {
+HttpResponse HttpClient::send(const HttpRequest& request, const std::function<void()>& waiting) const {
+  std::size_t sent = 0;
+  const HttpBody body{request.content_type, request.content.size(), [&](char* to, std::size_t capacity) {
+                        const std::size_t count = std::min(capacity, request.content.size() - sent);
+                        request.content.copy(to, count, sent);
+                        sent += count;
+                        return count;
+                      }};
+  Transfer transfer;
+  transfer.waiting = &waiting, transfer.max_bytes = request.max_bytes;
+  if (request.method == "POST" || request.method == "PUT") transfer.body = &body;
+  return perform(request, transfer);
+}
+
+HttpResponse HttpClient::perform(const HttpRequest& request, Transfer& transfer) const {
   const std::unique_ptr<CURL, HandleCloser> owner(new_handle());
   CURL* const handle = owner.get();
-  if (!handle) throw archive_fault(server_, "libcurl cannot be started", "close other programs to free memory");
+  if (!handle) throw remote_fault(server_, "libcurl cannot be started", "close other programs to free memory");
   transfer.handle = handle;
   const auto set = [handle](CURLoption option, auto value) { curl_easy_setopt(handle, option, value); };
   char error_text[CURL_ERROR_SIZE] = "";
-  const std::string url = server_.url + path;
-  curl_slist* lines = curl_slist_append(nullptr, ("Accept: " + accept).c_str());
+  const std::string url = server_.url + request.path;
+  curl_slist* lines = curl_slist_append(nullptr, ("Accept: " + request.accept).c_str());
+  for (const auto& [name, value] : request.headers) lines = curl_slist_append(lines, (name + ": " + value).c_str());
   if (transfer.body) {
     lines = curl_slist_append(lines, ("Content-Type: " + transfer.body->content_type).c_str());
     lines = curl_slist_append(lines, "Expect:");
@@ -118,6 +143,7 @@ HttpResponse HttpClient::perform(const std::string& path, const std::string& acc
     set(CURLOPT_READDATA, static_cast<void*>(&transfer));
   }
   const std::unique_ptr<curl_slist, ListCloser> header(lines);
+  if (request.method != "GET") set(CURLOPT_CUSTOMREQUEST, request.method.c_str());
   set(CURLOPT_ERRORBUFFER, error_text);
   set(CURLOPT_URL, url.c_str());
   set(CURLOPT_PROTOCOLS_STR, "http,https");
@@ -144,8 +170,10 @@ HttpResponse HttpClient::perform(const std::string& path, const std::string& acc
   set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(server_.timeout_s));
   if (!transfer.sink && !transfer.body) {
     set(CURLOPT_TIMEOUT, kMaxTimeouts * server_.timeout_s);
-    set(CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(kMaxStoredResponse));
+    set(CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(transfer.max_bytes));
   }
+  set(CURLOPT_HEADERFUNCTION, &Transfer::on_header);
+  set(CURLOPT_HEADERDATA, static_cast<void*>(&transfer));
   set(CURLOPT_WRITEFUNCTION, &Transfer::on_data);
   set(CURLOPT_WRITEDATA, static_cast<void*>(&transfer));
   set(CURLOPT_XFERINFOFUNCTION, &Transfer::on_time);
@@ -158,7 +186,7 @@ HttpResponse HttpClient::perform(const std::string& path, const std::string& acc
   return std::move(transfer.response);
 }
 
-ArchiveFault HttpClient::fault_of(int curl_code, const char* error_text, const Transfer& transfer) const {
+RemoteFault HttpClient::fault_of(int curl_code, const char* error_text, const Transfer& transfer) const {
   const std::string text =
       one_line(*error_text ? error_text : curl_easy_strerror(static_cast<CURLcode>(curl_code)), 200);
   switch (curl_code) {
@@ -170,17 +198,17 @@ ArchiveFault HttpClient::fault_of(int curl_code, const char* error_text, const T
     case CURLE_OPERATION_TIMEDOUT:
       return timed_out(server_);
     case CURLE_PEER_FAILED_VERIFICATION:
-      return archive_fault(server_, "its certificate is not trusted: " + text,
-                           "if you trust its issuer, name the file with the issuer's certificate");
+      return remote_fault(server_, "its certificate is not trusted: " + text,
+                          "if you trust its issuer, name the file with the issuer's certificate");
     case CURLE_SSL_CACERT_BADFILE:
-      return archive_fault(server_, "the certificates in " + quoted(server_.ca_file) + " cannot be read",
-                           "use a PEM file");
+      return remote_fault(server_, "the certificates in " + quoted(server_.ca_file) + " cannot be read",
+                          "use a PEM file");
     case CURLE_SSL_CONNECT_ERROR:
-      return archive_fault(server_, "no secure connection: " + text, "check that its port accepts https");
+      return remote_fault(server_, "no secure connection: " + text, "check that its port accepts https");
     case CURLE_FILESIZE_EXCEEDED:
-      return too_large(server_, "its response", kMaxStoredResponse, kNarrowSearch);
+      return too_large(server_, "its response", transfer.max_bytes, kNarrowRequest);
     case CURLE_WRITE_ERROR:
-      if (transfer.too_large) return too_large(server_, "its response", kMaxStoredResponse, kNarrowSearch);
+      if (transfer.too_large) return too_large(server_, "its response", transfer.max_bytes, kNarrowRequest);
       break;
     case CURLE_GOT_NOTHING:
       return connection_lost(server_, "before a response arrived");
@@ -192,7 +220,7 @@ ArchiveFault HttpClient::fault_of(int curl_code, const char* error_text, const T
     default:
       break;
   }
-  return archive_fault(server_, "it does not respond like an archive: " + text, "check its URL");
+  return remote_fault(server_, "it does not respond like " + server_.kind + ": " + text, "check its URL");
 }
 
 void HttpClient::require_ok(const HttpResponse& response, const std::string& what) const {
@@ -201,21 +229,21 @@ void HttpClient::require_ok(const HttpResponse& response, const std::string& wha
   const bool has_credentials = !credentials_.basic.empty() || !credentials_.bearer.empty();
   switch (response.status) {
     case 401:
-      throw archive_fault(server_,
-                          (has_credentials ? "it rejected the credentials" : "it requires credentials") + number,
-                          "use a variable or a file with valid credentials");
+      throw remote_fault(server_,
+                         (has_credentials ? "it rejected the credentials" : "it requires credentials") + number,
+                         "use a variable or a file with valid credentials");
     case 403:
-      throw archive_fault(server_, "it denies access" + number, kAskAdministrator);
+      throw remote_fault(server_, "it denies access" + number, server_.administrator);
     case 404:
-      throw archive_fault(server_, "it has no " + what + number, "check its URL, and search again");
+      throw remote_fault(server_, "it has no " + what + number, "check its URL, and search again");
     case 413:
-      throw archive_fault(server_, "the file is too large for it" + number, kAskAdministrator);
+      throw remote_fault(server_, "the file is too large for it" + number, server_.administrator);
     default:
       break;
   }
   if (response.status >= 300 && response.status < 400)
-    throw archive_fault(server_, "it redirects to another URL" + number, "use its current URL");
-  throw archive_fault(server_, "it failed" + number, "try again later");
+    throw remote_fault(server_, "it redirects to another URL" + number, "use its current URL");
+  throw remote_fault(server_, "it failed" + number, "try again later");
 }
 
 std::string url_escaped(const std::string& text) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "archive/credentials.h"
+#include "remote/credentials.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kMaxSecretBytes = 16384;
 
-Error bad_credentials(const ArchiveServer& server, const std::string& why, const std::string& what_to_do) {
-  return Error("the archive " + one_line(server.name), why, what_to_do);
+Error bad_credentials(const WebServer& server, const std::string& why, const std::string& what_to_do) {
+  return Error(server.what, why, what_to_do);
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ std::string read_secret_file(const std::filesystem::path& path, const std::strin
   return text;
 }
 
-Credentials read_credentials(const ArchiveServer& server) {
+Credentials read_credentials(const WebServer& server) {
   std::string text;
   if (!server.credentials_variable.empty()) {
     const char* const value = std::getenv(server.credentials_variable.c_str());
@@ -57,8 +57,7 @@ Credentials read_credentials(const ArchiveServer& server) {
           "set it to USER:PASSWORD or \"bearer TOKEN\"");
     text = value;
   } else if (!server.credentials_file.empty()) {
-    text = read_secret_file(server.credentials_file,
-                            "the archive " + one_line(server.name) + ": its credentials cannot be read from");
+    text = read_secret_file(server.credentials_file, server.what + ": its credentials cannot be read from");
   } else {
     return {};
   }

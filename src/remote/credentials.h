@@ -3,11 +3,11 @@
 #include <filesystem>
 #include <string>
 
-#include "archive/server.h"
+#include "remote/web_server.h"
 
 namespace simplexseg {
 
-/// Credentials of a user, in memory only during a call to an archive. They are never part of a message.
+/// Credentials of a user, in memory only during a call to a server. They are never part of a message.
 struct Credentials {
   std::string basic;   ///< "USER:PASSWORD", or empty
   std::string bearer;  ///< token, or empty
@@ -21,6 +21,6 @@ std::string read_secret_file(const std::filesystem::path& path, const std::strin
 /// Reads the credentials of a server from the environment variable or file that it names; empty if it names neither.
 /// Throws Error, without any part of the credentials, for an unset variable, a file that is missing, accessible to
 /// others or owned by another user, and a text that is neither "USER:PASSWORD" nor "bearer TOKEN".
-Credentials read_credentials(const ArchiveServer& server);
+Credentials read_credentials(const WebServer& server);
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "archive/multipart.h"
+#include "remote/multipart.h"
 
 #include <gtest/gtest.h>
 

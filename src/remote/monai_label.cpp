@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// Client of MONAI Label (https://github.com/Project-MONAI/MONAILabel, its REST interface).
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/number_text.h"
+#include "io/platform/files.h"
+#include "io/platform/temporary_folder.h"
+#include "io/volume/volume_io.h"
+#include "remote/network_connection.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kJson = "application/json";
+constexpr const char* kBoundary = "simplexseg-2f6c0e17a94b4d58";
+constexpr std::uint64_t kMaxMask = std::uint64_t{1} << 31;
+
+std::string file_bytes(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Part of a form. `file`: name of its file; empty: a field.
+std::string form_part(const std::string& name, const std::string& file, const std::string& content) {
+  std::string part = std::string("--") + kBoundary + "\r\nContent-Disposition: form-data; name=\"" + name + "\"";
+  if (!file.empty()) part += "; filename=\"" + file + "\"\r\nContent-Type: application/octet-stream";
+  return part + "\r\n\r\n" + content + "\r\n";
+}
+std::string form_type() { return std::string("multipart/form-data; boundary=") + kBoundary; }
+std::string form_end() { return std::string("--") + kBoundary + "--\r\n"; }
+
+/// Session with an image on the server. The destructor deletes it there.
+class ImageSession {
+ public:
+  ImageSession(const NetworkServer& server, const NetworkConnection& connection, std::string image) : server_(server) {
+    const std::string body = form_part("files", "image.nii.gz", std::move(image)) + form_end();
+    const HttpResponse response = connection.send({"PUT", "/session/", kJson, {}, form_type(), body});
+    const Json json = Json::parse(response.body, nullptr, false);
+    if (!json.is_object() || !json.contains("session_id") || !json["session_id"].is_string())
+      throw remote_fault(connection.server(), "its response has no session", "check its version");
+    id_ = json["session_id"].get<std::string>();
+  }
+  ~ImageSession() {
+    try {
+      NetworkServer quick = server_;
+      quick.timeout_s = std::min(quick.timeout_s, 5);
+      const HttpClient http(web_server_of(quick));
+      http.send({"DELETE", "/session/" + url_escaped(id_), kJson, {}, "", ""}, [] {});
+    } catch (const Error&) {  // the server deletes old sessions by itself
+    }
+  }
+  ImageSession(const ImageSession&) = delete;
+  ImageSession& operator=(const ImageSession&) = delete;
+  const std::string& id() const { return id_; }
+
+ private:
+  const NetworkServer& server_;
+  std::string id_;
+};
+
+Json points_of(const std::vector<VoxelIndex>& voxels) {
+  Json points = Json::array();
+  for (const VoxelIndex& at : voxels) points.push_back({at[0], at[1], at[2]});
+  return points;
+}
+
+/// Mask of the label of the seed in a label image.
+Mask mask_at_seed(const WebServer& server, const Volume& labels, const VolumeGeometry& grid, const VoxelIndex& seed) {
+  if (!labels.geometry().same_grid(grid))
+    throw remote_fault(server, "its mask has another grid than the image", "use a network that keeps the grid");
+  const double label = labels.value(seed[0], seed[1], seed[2]);
+  Mask mask = mask_of(labels, label != 0 ? std::optional(label) : std::nullopt);
+  mask.geometry = grid;
+  return mask;
+}
+
+}  // namespace
+
+std::optional<NetworkInfo> monai_label_info(const NetworkConnection& connection) {
+  const HttpResponse response = connection.probe({"GET", "/info/", kJson, {}, "", ""});
+  if (response.status == 401 || response.status == 403) connection.send({"GET", "/info/", kJson, {}, "", ""});
+  const Json json = Json::parse(response.body, nullptr, false);
+  if (response.status != 200 || !json.is_object() || !json.contains("models") || !json["models"].is_object())
+    return std::nullopt;
+  NetworkInfo info;
+  info.protocol = NetworkInfo::Protocol::MonaiLabel;
+  std::vector<std::string> others;
+  for (const auto& [name, model] : json["models"].items()) {
+    const std::string type = model.is_object() && model.contains("type") && model["type"].is_string()
+                                 ? model["type"].get<std::string>()
+                                 : "";
+    const bool uses_points = type == "deepgrow" || type == "deepedit" || type.starts_with("vista");
+    (uses_points ? info.networks : others).push_back(stated(name));
+  }
+  info.networks.insert(info.networks.end(), others.begin(), others.end());
+  info.inputs = {"points"};
+  if (const auto licence = json.find("license"); licence != json.end() && licence->is_string())
+    info.licence = stated(licence->get<std::string>());
+  return info;
+}
+
+Mask monai_label_mask(const NetworkServer& server, const NetworkConnection& connection, const NetworkRequest& request) {
+  const TemporaryFolder folder;
+  const fs::path image = folder.path() / "image.nii.gz", labels_file = folder.path() / "mask.nii.gz";
+  write_volume(image, request.volume);
+  const ImageSession session(server, connection, file_bytes(image));
+  const Json params = {{"foreground", points_of(request.prompts.inside)},
+                       {"background", points_of(request.prompts.outside)},
+                       {"result_extension", ".nii.gz"}};
+  const std::string path =
+      "/infer/" + url_escaped(request.network) + "?session_id=" + url_escaped(session.id()) + "&output=image";
+  const HttpResponse response = connection.send(
+      {"POST", path, "*/*", {}, form_type(), form_part("params", "", params.dump()) + form_end(), kMaxMask});
+  {
+    std::ofstream stream(labels_file, std::ios::binary);
+    stream.write(response.body.data(), static_cast<std::streamsize>(response.body.size()));
+    if (!stream.flush())
+      throw Error("the mask of a network", "it cannot be stored", "free space in " + quoted(folder.path()));
+  }
+  Volume labels;
+  try {
+    labels = load_volume(labels_file).volume;
+  } catch (const Error& error) {
+    throw remote_fault(connection.server(), "its mask cannot be read: " + one_line(error.what(), 200),
+                       "check its version");
+  }
+  return mask_at_seed(connection.server(), labels, request.volume.geometry(), request.prompts.inside.front());
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "remote/web_server.h"
+
+#include <algorithm>
+
+#include "core/number_text.h"
+#include "io/platform/files.h"
+
+namespace simplexseg {
+namespace {
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host.starts_with("127.") || host == "[::1]" || host == "::1";
+}
+
+/// Host of a URL, without the port.
+std::string host_of_url(const std::string& url) {
+  const std::size_t start = url.find("//") + 2;
+  std::string host = url.substr(start, url.find('/', start) - start);
+  if (const std::size_t bracket = host.find(']'); bracket != std::string::npos) return host.substr(0, bracket + 1);
+  return host.substr(0, host.find(':'));
+}
+
+}  // namespace
+
+bool is_plain(const std::string& text, std::size_t max_size) {
+  return !text.empty() && text.size() <= max_size && text.front() != ' ' && text.back() != ' ' &&
+         std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+}
+
+bool is_host(const std::string& text) {
+  return is_plain(text, 253) && std::all_of(text.begin(), text.end(), [](char c) {
+           return is_ascii_letter(c) || is_ascii_digit(c) ||
+                  std::string_view(".-_:[]").find(c) != std::string_view::npos;
+         });
+}
+
+void require_web_server(const WebServer& server, const std::string& example) {
+  const std::string& url = server.url;
+  const std::string use = "use an address such as " + example;
+  if (!url.starts_with("https://") && !url.starts_with("http://"))
+    throw Error(server.what, url.empty() ? "it has no URL" : "its URL does not begin with https:// or http://", use);
+  const std::size_t start = url.find("//") + 2;
+  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // the name may be the URL
+    throw Error("the address of " + server.kind, "it contains a user or a password",
+                "use a variable or a file for them instead");
+  if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))
+    throw Error(server.what, "its URL is invalid, or has a query or a fragment", use);
+  const bool has_credentials = !server.credentials_variable.empty() || !server.credentials_file.empty();
+  if (has_credentials && url.starts_with("http://") && !is_loopback(host_of_url(url)))
+    throw Error(server.what, "http would send its credentials unencrypted", "use https");
+}
+
+RemoteFault remote_fault(const WebServer& server, const std::string& why, const std::string& what_to_do) {
+  return RemoteFault(server.what, why, what_to_do);
+}
+RemoteFault connection_refused(const WebServer& server) {
+  return remote_fault(server, "it refused the connection at " + server.url,
+                      "check its host and port, and that it is running");
+}
+RemoteFault unknown_host(const WebServer& server) {
+  return remote_fault(server, "the host is unknown: " + server.url, "check the name and the network");
+}
+RemoteFault timed_out(const WebServer& server) {
+  return remote_fault(server, "time-out: no data for " + std::to_string(server.timeout_s) + " s",
+                      "try again, or set a longer time-out");
+}
+RemoteFault connection_lost(const WebServer& server, const std::string& during) {
+  return remote_fault(server, "the connection ended " + during, "try again");
+}
+RemoteFault too_large(const WebServer& server, const std::string& what, std::uint64_t limit,
+                      const std::string& what_to_do) {
+  return remote_fault(
+      server, what + " is larger than " + format_bytes(static_cast<double>(limit)) + " and was cancelled", what_to_do);
+}
+
+}  // namespace simplexseg
