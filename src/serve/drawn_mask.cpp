@@ -139,6 +139,40 @@ void for_each_region(Mask& part, int axis, const Use& use) {
       }
 }
 
+/// Sets a voxel between each two of a slice that share a corner alone, so that thin lines are connected across faces.
+void join_corners(Mask& part, int axis) {
+  const VoxelBox all{{0, 0, 0}, part.geometry.size};
+  const int size_a = all.size[axis == 0 ? 1 : 0], size_b = all.size[axis == 2 ? 1 : 2];
+  for (int slice = 0; slice < all.size[axis]; ++slice)
+    for (int b = 0; b + 1 < size_b; ++b)
+      for (int a = 0; a + 1 < size_a; ++a) {
+        const auto voxel = [&](int da, int db) -> std::uint8_t& {
+          const std::array<int, 3> index = in_slice(axis, slice, a + da, b + db);
+          return part.voxels[all.offset(index[0], index[1], index[2])];
+        };
+        const bool rises = voxel(0, 0) && voxel(1, 1) && !voxel(1, 0) && !voxel(0, 1);
+        const bool falls = voxel(1, 0) && voxel(0, 1) && !voxel(0, 0) && !voxel(1, 1);
+        if (rises) voxel(1, 0) = 1;
+        if (falls) voxel(0, 0) = 1;
+      }
+}
+
+/// Whether a neighbour of a voxel in its slice is set.
+bool touches(const std::vector<std::uint8_t>& set, const VoxelBox& all, std::size_t voxel, int axis) {
+  const auto row = static_cast<std::size_t>(all.size[0]), area = row * static_cast<std::size_t>(all.size[1]);
+  const std::array<int, 3> at{static_cast<int>(voxel % row), static_cast<int>(voxel % area / row),
+                              static_cast<int>(voxel / area)};
+  const int a = at[axis == 0 ? 1 : 0], b = at[axis == 2 ? 1 : 2];
+  for (int db = -1; db <= 1; ++db)
+    for (int da = -1; da <= 1; ++da) {
+      const std::array<int, 3> near = in_slice(axis, at[axis], a + da, b + db);
+      bool inside = true;
+      for (int x = 0; x < 3; ++x) inside = inside && near[x] >= 0 && near[x] < all.size[x];
+      if (inside && set[all.offset(near[0], near[1], near[2])] != 0) return true;
+    }
+  return false;
+}
+
 void require_parts(std::size_t parts, const char* what) {
   if (parts > static_cast<std::size_t>(kMostDrawnParts))
     throw Error(what, "it has more than " + std::to_string(kMostDrawnParts) + " parts", "draw fewer at once");
@@ -150,28 +184,37 @@ std::vector<std::vector<Eigen::Vector3d>> paths_of_scribble(const Mask& mask) {
   const VoxelBox box = set_box(mask);
   const int axis = thinnest_axis(box);
   Mask part = cropped(mask, box);
+  join_corners(part, axis);
   const Eigen::Affine3d index = part.geometry.index_from_world();
   const VoxelBox all{{0, 0, 0}, part.geometry.size};
-  std::vector<std::vector<Eigen::Vector3d>> paths;
-  for_each_region(part, axis, [&](SliceRegion& region) {
-    const bool is_rest = region.voxel_count() < kLeastBranch && !paths.empty();
-    if (is_rest) return true;
-    std::vector<Eigen::Vector3d> path = region.middle();
-    // Clears what the stroke covers: voxels within its width, and a voxel of jitter, of the path.
-    const double reach_mm = 2 * region.deepest_mm() + part.geometry.spacing_mm.minCoeff();
-    const Eigen::Vector3d reach = reach_mm * part.geometry.spacing_mm.cwiseInverse();
+  std::vector<std::uint8_t> near(part.voxels.size()), covered(part.voxels.size());
+  // Sets `near` within a distance of a path in its slice.
+  const auto set_near = [&](const std::vector<Eigen::Vector3d>& path, double reach_mm, std::uint8_t value) {
     for (const Eigen::Vector3d& mm : path) {
       const Eigen::Vector3d at = index * mm;
       std::array<int, 3> first, last;
       for (int x = 0; x < 3; ++x) {
-        const double extent = x == axis ? 0 : reach[x];
+        const double extent = x == axis ? 0 : reach_mm / part.geometry.spacing_mm[x];
         first[x] = std::max(0, static_cast<int>(std::ceil(at[x] - extent - 1e-6)));
         last[x] = std::min(all.size[x] - 1, static_cast<int>(std::floor(at[x] + extent + 1e-6)));
       }
       for (int k = first[2]; k <= last[2]; ++k)
         for (int j = first[1]; j <= last[1]; ++j)
-          for (int i = first[0]; i <= last[0]; ++i) part.voxels[all.offset(i, j, k)] = 0;
+          for (int i = first[0]; i <= last[0]; ++i) near[all.offset(i, j, k)] = value;
     }
+  };
+  std::vector<std::vector<Eigen::Vector3d>> paths;
+  for_each_region(part, axis, [&](SliceRegion& region) {
+    const std::vector<std::size_t> voxels = region.voxels();
+    const bool is_rest = voxels.size() < kLeastBranch &&
+                         std::ranges::any_of(voxels, [&](std::size_t v) { return touches(covered, all, v, axis); });
+    if (is_rest) return true;
+    std::vector<Eigen::Vector3d> path = region.middle();
+    const double reach_mm = 2 * region.deepest_mm() + part.geometry.spacing_mm.minCoeff();
+    set_near(path, reach_mm, 1);
+    for (const std::size_t v : voxels)
+      if (near[v] != 0) part.voxels[v] = 0, covered[v] = 1;
+    set_near(path, reach_mm, 0);
     paths.push_back(std::move(path));
     require_parts(paths.size(), "the scribble");
     return false;
