@@ -20,7 +20,7 @@ namespace {
 // the number of chunks (uint32); then for each chunk its uncompressed and its compressed length (uint64 each) and the
 // chunk. All numbers are little-endian.
 constexpr std::string_view kMagic = "NNIA";
-constexpr std::uint8_t kVersion = 1, kZstandard = 1, kLz4 = 2;
+constexpr std::uint8_t kVersion = 1, kCodecZstandard = 1, kCodecLz4 = 2;
 constexpr std::size_t kStart = 8, kMaxAxes = 8;
 constexpr std::size_t kWrittenChunk = std::size_t{1} << 24;  ///< small, so that a cancellation takes effect soon
 
@@ -70,7 +70,7 @@ std::string pack_array(ArrayType type, std::span<const std::int64_t> shape, std:
   SIMPLEXSEG_EXPECT(shape.size() <= kMaxAxes && expected == bytes.size());
   const std::string_view name = name_of(type);
   std::string message(kMagic);
-  for (const std::size_t one : {std::size_t{kVersion}, std::size_t{kZstandard}, shape.size(), name.size()})
+  for (const std::size_t one : {std::size_t{kVersion}, std::size_t{kCodecZstandard}, shape.size(), name.size()})
     append(message, static_cast<std::uint8_t>(one));
   message += name;
   for (const std::int64_t size : shape) append(message, size);
@@ -92,7 +92,7 @@ ArrayMessage unpack_array(std::string_view message, std::uint64_t max_bytes) {
   if (!start.starts_with(kMagic)) throw bad_array("it does not begin with NNIA", "check the address of the server");
   if (const auto version = little_endian<std::uint8_t>(start, 4); version != kVersion)
     throw bad_array("its version " + std::to_string(version) + " is unknown", "update this program or the other one");
-  if (const auto codec = little_endian<std::uint8_t>(start, 5); codec != kZstandard && codec != kLz4)
+  if (const auto codec = little_endian<std::uint8_t>(start, 5); codec != kCodecZstandard && codec != kCodecLz4)
     throw bad_array("its codec " + std::to_string(codec) + " is unknown", "update this program or the other one");
   const std::size_t axes = little_endian<std::uint8_t>(start, 6);
   if (axes > kMaxAxes) throw bad_array("it has " + std::to_string(axes) + " axes", "use at most eight");
