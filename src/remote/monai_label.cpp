@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 
 constexpr const char* kJson = "application/json";
 constexpr const char* kBoundary = "simplexseg-2f6c0e17a94b4d58";
-constexpr std::uint64_t kMaxMask = std::uint64_t{1} << 31;
+constexpr std::uint64_t kMaxLabels = std::uint64_t{1} << 31;
 
 std::string file_bytes(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -116,7 +116,7 @@ Mask monai_label_mask(const NetworkServer& server, const NetworkConnection& conn
   const std::string path =
       "/infer/" + url_escaped(request.network) + "?session_id=" + url_escaped(session.id()) + "&output=image";
   const HttpResponse response = connection.send(
-      {"POST", path, "*/*", {}, form_type(), form_part("params", "", params.dump()) + form_end(), kMaxMask});
+      {"POST", path, "*/*", {}, form_type(), form_part("params", "", params.dump()) + form_end(), kMaxLabels});
   {
     std::ofstream stream(labels_file, std::ios::binary);
     stream.write(response.body.data(), static_cast<std::streamsize>(response.body.size()));
