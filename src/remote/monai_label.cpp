@@ -18,7 +18,9 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kJson = "application/json";
-constexpr const char* kBoundary = "simplexseg-2f6c0e17a94b4d58";
+constexpr const char* kPartStart = "--simplexseg-2f6c0e17a94b4d58\r\nContent-Disposition: form-data; name=\"";
+constexpr const char* kFormEnd = "--simplexseg-2f6c0e17a94b4d58--\r\n";
+constexpr const char* kFormType = "multipart/form-data; boundary=simplexseg-2f6c0e17a94b4d58";
 constexpr std::uint64_t kMaxLabels = std::uint64_t{1} << 31;
 
 std::string file_bytes(const fs::path& file) {
@@ -28,19 +30,17 @@ std::string file_bytes(const fs::path& file) {
 
 /// Part of a form. `file`: name of its file; empty: a field.
 std::string form_part(const std::string& name, const std::string& file, const std::string& content) {
-  std::string part = std::string("--") + kBoundary + "\r\nContent-Disposition: form-data; name=\"" + name + "\"";
+  std::string part = kPartStart + name + "\"";
   if (!file.empty()) part += "; filename=\"" + file + "\"\r\nContent-Type: application/octet-stream";
   return part + "\r\n\r\n" + content + "\r\n";
 }
-std::string form_type() { return std::string("multipart/form-data; boundary=") + kBoundary; }
-std::string form_end() { return std::string("--") + kBoundary + "--\r\n"; }
 
 /// Session with an image on the server. The destructor deletes it there.
 class ImageSession {
  public:
   ImageSession(const NetworkServer& server, const NetworkConnection& connection, std::string image) : server_(server) {
-    const std::string body = form_part("files", "image.nii.gz", std::move(image)) + form_end();
-    const HttpResponse response = connection.send({"PUT", "/session/", kJson, {}, form_type(), body});
+    const std::string body = form_part("files", "image.nii.gz", std::move(image)) + kFormEnd;
+    const HttpResponse response = connection.send({"PUT", "/session/", kJson, {}, kFormType, body});
     const Json json = Json::parse(response.body, nullptr, false);
     if (!json.is_object() || !json.contains("session_id") || !json["session_id"].is_string())
       throw remote_fault(connection.server(), "its response has no session", "check its version");
@@ -116,7 +116,7 @@ Mask monai_label_mask(const NetworkServer& server, const NetworkConnection& conn
   const std::string path =
       "/infer/" + url_escaped(request.network) + "?session_id=" + url_escaped(session.id()) + "&output=image";
   const HttpResponse response = connection.send(
-      {"POST", path, "*/*", {}, form_type(), form_part("params", "", params.dump()) + form_end(), kMaxLabels});
+      {"POST", path, "*/*", {}, kFormType, form_part("params", "", params.dump()) + kFormEnd, kMaxLabels});
   {
     std::ofstream stream(labels_file, std::ios::binary);
     stream.write(response.body.data(), static_cast<std::streamsize>(response.body.size()));

@@ -68,6 +68,16 @@ def pack(shape: list[int], raw: bytes, runs: bool) -> bytes:
     return head + struct.pack("<IQQ", 1, len(raw), len(chunk)) + chunk
 
 
+class HttpServer(ThreadingHTTPServer):
+    """Server that does not report clients that leave."""
+
+    daemon_threads = True
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
+
+
 class StandIn:
     """Server in a thread. `fault`: name of a fault, see the handlers. `token`: bearer token that it requires."""
 
@@ -81,8 +91,7 @@ class StandIn:
         self.size = [0, 0, 0]                  # along k, j, i
         self.nifti = b""
         handler = type("Handler", (NnInteractive if protocol == "nninteractive" else MonaiLabel,), {"owner": self})
-        self.http = ThreadingHTTPServer(("127.0.0.1", 0), handler)
-        self.http.daemon_threads = True
+        self.http = HttpServer(("127.0.0.1", 0), handler)
         self.thread = threading.Thread(target=self.http.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
         self.thread.start()
 
