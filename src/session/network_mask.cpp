@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/network_mask.h"
 
-#include <cstdint>
-
+#include "core/digest.h"
 #include "core/error.h"
 #include "core/number_text.h"
 #include "session/mesh_lifecycle.h"
@@ -10,24 +9,6 @@
 #include "session/scene_editor.h"
 
 namespace simplexseg {
-namespace {
-
-/// Digest FNV-1a of the bytes of values.
-class Digest {
- public:
-  template <class T>
-  void add(const T* values, std::size_t count) {
-    const auto* const bytes = reinterpret_cast<const unsigned char*>(values);
-    for (std::size_t b = 0; b < count * sizeof(T); ++b) value_ = (value_ ^ bytes[b]) * 0x100000001b3u;
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
-};
-
-}  // namespace
-
 std::string identity_of(const PaintVoxels& voxels) {
   Digest digest;
   digest.add(voxels.box.size.data(), 3);
