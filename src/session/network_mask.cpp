@@ -9,6 +9,7 @@
 #include "session/scene_editor.h"
 
 namespace simplexseg {
+
 std::string identity_of(const PaintVoxels& voxels) {
   Digest digest;
   digest.add(voxels.box.size.data(), 3);
