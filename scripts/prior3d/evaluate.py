@@ -8,7 +8,6 @@ import json
 import multiprocessing
 import os
 import pathlib
-import pickle
 import sys
 import time
 import traceback
@@ -18,6 +17,7 @@ import numpy as np
 from . import robot
 from .volumes import KIND_OF_GROUP, evaluation_cases, fold_without, further_cases, mask_of, read_nifti
 
+SAMPLE = ("features", "truth", "weight")
 AT = (0, 1, 3, 5, 10)
 SLOW = ("brain", "abdomen", "spleen", "atria", "skull", "caudate", "putamen", "thalamus")  # begun first
 kept = {}  # of a worker: networks by file and device
@@ -25,8 +25,8 @@ kept = {}  # of a worker: networks by file and device
 
 def options():
     parser = argparse.ArgumentParser(prog="evaluate_prior3d", description=__doc__.split("\n")[0])
-    parser.add_argument("mode", choices=["field", "network", "fused", "collect", "learn", "table"],
-                        help="collect: samples for a fusion, by the mean of both logits or by --fusion; learn: fusions of FILE; table: of FILES")
+    parser.add_argument("mode", choices=["field", "network", "prior", "fused", "collect", "learn", "table"],
+                        help="prior: the network's logit in the prior of the field; fused: logits of both joined after the field; collect: samples for a fusion, by the mean of both logits or by --fusion; learn: fusions of FILE; table: of FILES")
     parser.add_argument("out", help="file to write, or to read for learn and table")
     parser.add_argument("files", nargs="*", help="further files for table")
     parser.add_argument("--weights", help="folder with FOLD.weights.pt, or one file for all groups")
@@ -34,6 +34,7 @@ def options():
     parser.add_argument("--fusion", help="folder with GROUP.KIND.pt")
     parser.add_argument("--kind", default="linear", choices=["linear", "gated"])
     parser.add_argument("--threshold", default="seed", choices=["never", "seed", "always"], help="when the expected-Dice threshold applies")
+    parser.add_argument("--share", type=float, default=0.5, help="of mode prior: trust in the network, 0 to 1")
     parser.add_argument("--clicks", type=int, default=10)
     parser.add_argument("--groups", default="", help="only these")
     parser.add_argument("--further", action="store_true", help="also objects that are not of the 17 groups")
@@ -95,7 +96,11 @@ def run_case(job):
             from .segmenter import NetworkObject
 
             subject = NetworkObject(network_for(group, settings.weights, device), image, spacing, device)
-            if settings.mode != "network":
+            if settings.mode == "prior":
+                from .fusion import PriorObject
+
+                subject = PriorObject(field, subject, settings.share)
+            elif settings.mode != "network":
                 from .fusion import FusedObject
 
                 collects = settings.mode == "collect"
@@ -125,10 +130,10 @@ def run(settings):
     else:
         with multiprocessing.get_context("spawn").Pool(settings.jobs) as pool:
             rows = list(pool.imap_unordered(run_case, jobs, chunksize=1))
-    samples = [(row["group"], row.pop("samples")) for row in rows if "samples" in row]
+    samples = [(row["group"], sample) for row in rows for sample in row.pop("samples", [])]
     if samples:
-        with open(settings.out + ".samples", "wb") as file:
-            pickle.dump(samples, file)
+        np.savez_compressed(settings.out + ".samples.npz", group=[group for group, _ in samples], count=[len(sample[1]) for _, sample in samples],
+                            **{name: np.concatenate([sample[k] for _, sample in samples]) for k, name in enumerate(SAMPLE)})
     for row in rows:
         if "error" in row:
             print(row["group"], row["case"], row["error"], file=sys.stderr)
@@ -137,15 +142,17 @@ def run(settings):
     return rows
 
 
+def read_samples(file):
+    """List of (group, (features, truth, weight)), one entry an update."""
+    stored = np.load(file)
+    ends = np.cumsum(stored["count"])[:-1]
+    parts = [np.split(stored[name], ends) for name in SAMPLE]
+    return list(zip(stored["group"].tolist(), zip(*parts)))
+
+
 def learn(settings):
-    """Fusions without each group, and with all, of OUT.samples; prints their loss on the group left out."""
-    import torch
-
-    from .fusion import Fusion, loss_of, train_fusion
-
-    torch.set_num_threads(1)
-    with open(settings.out + ".samples", "rb") as file:
-        samples = pickle.load(file)
+    """Fusions without each group, and with all, of OUT.samples.npz; prints their loss on the group left out."""
+    samples = read_samples(settings.out + ".samples.npz")
     folder = pathlib.Path(settings.fusion)
     folder.mkdir(parents=True, exist_ok=True)
     groups = sorted({group for group, _ in samples})
@@ -163,10 +170,10 @@ def learn_one(group, kind, samples, folder):
     from .fusion import Fusion, loss_of, train_fusion
 
     torch.set_num_threads(1)
-    learned = [sample for name, several in samples if name != group for sample in several]
+    learned = [sample for name, sample in samples if name != group]
     model = train_fusion(learned, kind)
     torch.save(model.state_dict(), folder / f"{group}.{kind}.pt")
-    left_out = [sample for name, several in samples if name == group for sample in several]
+    left_out = [sample for name, sample in samples if name == group]
     return (loss_of(model, left_out), loss_of(Fusion(), left_out)) if left_out else (float("nan"),) * 2
 
 

@@ -45,6 +45,12 @@ class Field:
         self.process.stdin.flush()
         return self.line() == ["1"]
 
+    def set_prior(self, log_odds, first, step, share):
+        """Adds a prior to that of the next updates: log odds of places whose first has the voxel index `first`, `step` voxels apart."""
+        numbers = " ".join([*(repr(float(x)) for x in first), *map(str, log_odds.shape), *(repr(float(x)) for x in step), repr(float(share))])
+        self.process.stdin.write(f"prior {numbers}\n".encode() + log_odds.astype("f4").tobytes(order="F"))
+        self.process.stdin.flush()
+
     def object(self):
         self.send("object")
         return self.read(int(np.prod(self.shape)), "u1").reshape(self.shape, order="F") != 0
@@ -59,6 +65,7 @@ class Field:
 
     def close(self):
         self.process.stdin.close()
+        self.process.stdout.close()
         self.process.wait()
 
     def index_of_cells(self):

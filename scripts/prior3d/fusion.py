@@ -4,7 +4,7 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from .segmenter import OUTSIDE_LOGIT, balls_of
+from .segmenter import balls_of
 
 LIMIT = 8.0            # of a logit
 FEATURES = ("field", "network", "seed", "few", "many", "field_dice", "network_dice", "agreement")
@@ -109,6 +109,39 @@ def loss_of(model, samples):
     return float(np.mean(losses))
 
 
+def on_voxels(field, probability, mask):
+    """Probability of the cells of a field on the voxels of the volume, in agreement with the mask."""
+    values = np.zeros(mask.shape, np.float32)
+    if (field.cell == 1).all():
+        box = tuple(slice(f, f + s) for f, s in zip(field.first, field.size))
+        values[box] = probability
+    else:
+        low = np.maximum(np.floor(field.first * field.cell), 0).astype(int)
+        high = np.minimum(np.ceil((field.first + field.size) * field.cell), mask.shape).astype(int)
+        at = np.meshgrid(*[((np.arange(a, b) + 0.5) / c - 0.5 - f).astype(np.float32) for a, b, c, f in zip(low, high, field.cell, field.first)], indexing="ij")
+        values[tuple(slice(a, b) for a, b in zip(low, high))] = ndimage.map_coordinates(probability, at, order=1, mode="nearest")
+    return np.where(mask, np.maximum(values, 0.5), np.where(values > 0.5, 0, values))
+
+
+class PriorObject:
+    """Object by the field, with the logit of the network in its prior. share: trust in the network, 0 to 1."""
+
+    def __init__(self, field, network, share):
+        self.field, self.network, self.share = field, network, share
+
+    def segment(self, marks):
+        logit, centre, cell = self.network.update(marks)
+        log_odds = self.share * logit.clamp(-LIMIT, LIMIT).cpu().numpy()
+        half = (logit.shape[0] - 1) / 2 * cell
+        self.field.set_prior(log_odds, (centre - half) / self.network.spacing, cell / self.network.spacing, self.share)
+        mask = self.field.segment(marks)
+        self.network.take(on_voxels(self.field, self.field.probability, mask), mask)
+        return mask
+
+    def brush(self, inside, voxel):
+        return self.field.brush(inside, voxel)
+
+
 class FusedObject:
     """Object by field and network together. The joined probability is the previous one of both in the next update."""
 
@@ -146,21 +179,8 @@ class FusedObject:
         if not field.restore(probability):
             raise RuntimeError("the field did not accept the joined probability")
         mask = field.object()
-        network.take(self.on_voxels(probability, mask), mask)
+        network.take(on_voxels(field, probability, mask), mask)
         return mask
-
-    def on_voxels(self, probability, mask):
-        """Joined probability on the voxels of the volume, in agreement with the mask."""
-        field, values = self.field, np.zeros(mask.shape, np.float32)
-        if (field.cell == 1).all():
-            box = tuple(slice(f, f + s) for f, s in zip(field.first, field.size))
-            values[box] = probability
-        else:
-            low = np.maximum(np.floor(field.first * field.cell), 0).astype(int)
-            high = np.minimum(np.ceil((field.first + field.size) * field.cell), mask.shape).astype(int)
-            at = np.meshgrid(*[((np.arange(a, b) + 0.5) / c - 0.5 - f).astype(np.float32) for a, b, c, f in zip(low, high, field.cell, field.first)], indexing="ij")
-            values[tuple(slice(a, b) for a, b in zip(low, high))] = ndimage.map_coordinates(probability, at, order=1, mode="nearest")
-        return np.where(mask, np.maximum(values, 0.5), np.where(values > 0.5, 0, values))
 
     def record(self, features, lf, ln, free, index, clicks):
         """Samples of cells that are not clear to both, and the Dice of both alone on the cells."""

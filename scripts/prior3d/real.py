@@ -57,7 +57,7 @@ class RealObjects:
             if image_file not in volumes:
                 image, spacing = read_nifti(image_file)
                 low, high = np.percentile(image[::2, ::2, ::2], [0.5, 99.5])
-                image = np.clip((image.astype(np.float32) - low) / (high - low + 1e-6), -0.2, 1.3)
+                image = np.clip((image - low) / (high - low + 1e-6), -0.2, 1.3).astype(np.float32)
                 volumes[image_file] = pyramid(torch.from_numpy(image).to(device)[None, None], spacing), spacing
             if label_file not in volumes:
                 labels, _ = read_nifti(label_file)

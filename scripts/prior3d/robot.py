@@ -58,8 +58,7 @@ def brush_radius(now, inside, voxel, spacing, cell):
     near = now[tuple(slice(a, b) for a, b in zip(low, high))]
     axes = [((np.arange(a, b) - v) * s) ** 2 for a, b, v, s in zip(low, high, voxel, spacing)]
     square = axes[0][:, None, None] + axes[1][None, :, None] + axes[2][None, None, :]
-    nearest = np.where(near == inside, np.inf, square).min() if near.size else np.inf
-    # The robot's click is on the wrong side: nearest voxel of the mask for an inside mark.
+    nearest = np.where(near == inside, square, np.inf).min()  # the click is on the wrong side
     return max(min(np.sqrt(nearest), radius), min(SMALLEST_BRUSH * cell, radius))
 
 

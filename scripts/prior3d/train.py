@@ -32,6 +32,7 @@ def options():
     parser = argparse.ArgumentParser(prog="train_prior3d", description=__doc__.split("\n")[0])
     parser.add_argument("out", help="name of the files to write, without an extension")
     parser.add_argument("--seconds", type=float, required=True, help="length of the training; the learning rate falls as a cosine over it")
+    parser.add_argument("--steps", type=int, help="ends after this many steps, counted from the first training")
     parser.add_argument("--start", help="checkpoint or weights from which the network starts, with a new optimizer")
     parser.add_argument("--resume", action="store_true", help="continue OUT.pt")
     parser.add_argument("--share", type=float, default=0.0, help="share of real objects (needs SIMPLEXSEG_DATA)")
@@ -52,7 +53,7 @@ class Training:
     def __init__(self, settings):
         self.settings = settings
         self.rank, self.world = int(os.environ.get("RANK", 0)), int(os.environ.get("WORLD_SIZE", 1))
-        self.device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
+        self.device = settings.device or ("cuda:0" if torch.cuda.is_available() else "cpu")
         self.cuda = self.device.startswith("cuda")
         if self.cuda:
             if self.world > 1:
@@ -129,8 +130,8 @@ class Training:
         if self.world > 1:
             flat = torch.cat([p.grad.reshape(-1) for p in self.parameters])
             torch.distributed.all_reduce(flat)
-            torch._foreach_copy_([p.grad for p in self.parameters],
-                                 [part.view_as(p) for part, p in zip((flat / self.world).split([p.numel() for p in self.parameters]), self.parameters)])
+            for p, part in zip(self.parameters, (flat / self.world).split([p.numel() for p in self.parameters])):
+                p.grad.copy_(part.view_as(p))
         torch.nn.utils.clip_grad_norm_(self.parameters, 1.0)
         self.optimizer.step()
         with torch.no_grad():
@@ -148,6 +149,8 @@ class Training:
         while True:
             seconds = self.before + time.time() - begin
             done = min(1.0, seconds / settings.seconds)
+            if self.step == settings.steps:
+                break
             if self.step % 10 == 0:
                 stop.fill_(float(done >= 1))
                 if self.world > 1:
