@@ -26,7 +26,8 @@ kept = {}  # of a worker: networks by file and device
 def options():
     parser = argparse.ArgumentParser(prog="evaluate_prior3d", description=__doc__.split("\n")[0])
     parser.add_argument("mode", choices=["field", "network", "prior", "fused", "collect", "learn", "table"],
-                        help="prior: the network's logit in the prior of the field; fused: logits of both joined after the field; collect: samples for a fusion, by the mean of both logits or by --fusion; learn: fusions of FILE; table: of FILES")
+                        help="prior: the network's logit in the prior of the field; fused: logits of both joined after the field; "
+                             "collect: samples for a fusion, by the mean of both logits or by --fusion; learn: fusions of OUT; table: of files")
     parser.add_argument("out", help="file to write, or to read for learn and table")
     parser.add_argument("files", nargs="*", help="further files for table")
     parser.add_argument("--weights", help="folder with FOLD.weights.pt, or one file for all groups")
@@ -41,7 +42,12 @@ def options():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--devices", default="cpu", help="of the networks, separated by commas")
     parser.add_argument("--limit", type=float, default=1e9, help="seconds after which no object is begun")
-    return parser.parse_args()
+    chosen = parser.parse_args()
+    if chosen.mode in ("network", "prior", "fused", "collect") and not chosen.weights:
+        parser.error(f"{chosen.mode} needs --weights")
+    if chosen.mode in ("learn", "fused") and not chosen.fusion:
+        parser.error(f"{chosen.mode} needs --fusion")
+    return chosen
 
 
 def network_for(group, weights, device):

@@ -104,7 +104,8 @@ def loss_of(model, samples):
     with torch.no_grad():
         losses = []
         for x, t, w in samples:
-            loss = torch.nn.functional.binary_cross_entropy_with_logits(model(torch.from_numpy(x.astype(np.float32))), torch.from_numpy(t.astype(np.float32)), reduction="none").numpy()
+            x, t = (torch.from_numpy(values.astype(np.float32)) for values in (x, t))
+            loss = torch.nn.functional.binary_cross_entropy_with_logits(model(x), t, reduction="none").numpy()
             losses.append(float((loss * w).sum() / w.sum()))
     return float(np.mean(losses))
 

@@ -49,6 +49,12 @@ def options():
     return parser.parse_args()
 
 
+def read(file):
+    if not os.path.exists(file):
+        raise SystemExit(f"train_prior3d: there is no file {file}; name an existing checkpoint")
+    return torch.load(file, map_location="cpu")
+
+
 class Training:
     def __init__(self, settings):
         self.settings = settings
@@ -74,7 +80,7 @@ class Training:
         if settings.resume:
             self.restore(settings.out + ".pt")
         elif settings.start:
-            stored = torch.load(settings.start, map_location="cpu")
+            stored = read(settings.start)
             stored = stored.get("average", stored)
             for model in (self.network, self.average):
                 model.load_state_dict({name: v.float() if v.is_floating_point() else v for name, v in stored.items()})
@@ -88,7 +94,7 @@ class Training:
         self.log = open(settings.out + ".jsonl", "a") if self.rank == 0 else None
 
     def restore(self, file):
-        stored = torch.load(file, map_location="cpu")
+        stored = read(file)
         if stored.get("version") != CHECKPOINT:
             raise SystemExit(f"train_prior3d: {file} is no checkpoint of this version; start from it with --start")
         self.network.load_state_dict(stored["network"])

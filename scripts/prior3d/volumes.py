@@ -14,7 +14,10 @@ TYPES = {2: "u1", 4: "i2", 8: "i4", 16: "f4", 64: "f8", 256: "i1", 512: "u2", 76
 
 
 def data_folder():
-    return pathlib.Path(os.environ["SIMPLEXSEG_DATA"])
+    folder = os.environ.get("SIMPLEXSEG_DATA", "")
+    if not folder:
+        raise SystemExit("real volumes are needed, and SIMPLEXSEG_DATA does not name their folder; set it")
+    return pathlib.Path(folder)
 
 
 def read_nifti(file):
@@ -34,6 +37,7 @@ def read_nifti(file):
 
 def evaluation_cases():
     """Objects of the robot's 17 groups (scripts/click_cases): (group, image file, label file, label or None for all)."""
+    data_folder()
     command = f"source '{ROOT}/scripts/click_cases'; cases"
     text = subprocess.run(["bash", "-c", command], check=True, capture_output=True, text=True).stdout
     found = []
