@@ -43,7 +43,7 @@ void require_good(const OFCondition& status, const std::filesystem::path& path) 
 }
 
 DSRCodedEntryValue entry_of(const CodedConcept& code, const DicomSource& source) {
-  return {code.value.c_str(), code.scheme.c_str(), dicom_name(code.meaning, source).c_str()};
+  return {code.value, code.scheme, dicom_name(code.meaning, source)};
 }
 
 /// Quantity and unit of the intensities of the image (CID 7469 and 7181). Images whose values have no meaning by
