@@ -133,7 +133,12 @@ HttpResponse HttpClient::perform(const HttpRequest& request, Transfer& transfer)
   char error_text[CURL_ERROR_SIZE] = "";
   const std::string url = server_.url + request.path;
   curl_slist* lines = curl_slist_append(nullptr, ("Accept: " + request.accept).c_str());
-  for (const auto& [name, value] : request.headers) lines = curl_slist_append(lines, (name + ": " + value).c_str());
+  for (const auto& [name, value] : request.headers) {
+    std::string line = name;
+    line += ": ";
+    line += value;
+    lines = curl_slist_append(lines, line.c_str());
+  }
   if (transfer.body) {
     lines = curl_slist_append(lines, ("Content-Type: " + transfer.body->content_type).c_str());
     lines = curl_slist_append(lines, "Expect:");

@@ -38,8 +38,9 @@ std::string form_part(const std::string& name, const std::string& file, const st
 /// Session with an image on the server. The destructor deletes it there.
 class ImageSession {
  public:
-  ImageSession(const NetworkServer& server, const NetworkConnection& connection, std::string image) : server_(server) {
-    const std::string body = form_part("files", "image.nii.gz", std::move(image)) + kFormEnd;
+  ImageSession(const NetworkServer& server, const NetworkConnection& connection, const std::string& image)
+      : server_(server) {
+    const std::string body = form_part("files", "image.nii.gz", image) + kFormEnd;
     const HttpResponse response = connection.send({"PUT", "/session/", kJson, {}, kFormType, body});
     const Json json = Json::parse(response.body, nullptr, false);
     if (!json.is_object() || !json.contains("session_id") || !json["session_id"].is_string())

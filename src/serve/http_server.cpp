@@ -4,6 +4,11 @@
 #include "core/error.h"
 
 #ifdef SIMPLEXSEG_HAS_HTTPLIB
+// These include Eigen, which must come before httplib: its system headers define the macro _res.
+#include "core/number_text.h"
+#include "serve/client_connection.h"
+#include "serve/service.h"
+
 #include <httplib.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -11,10 +16,6 @@
 #include <atomic>
 #include <thread>
 #include <utility>
-
-#include "core/number_text.h"
-#include "serve/client_connection.h"
-#include "serve/service.h"
 
 namespace simplexseg {
 namespace {

@@ -26,6 +26,8 @@ template <class... Functions>
 struct Overloaded : Functions... {
   using Functions::operator()...;
 };
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;  // Clang 14 does not deduce it
 
 Mask nothing_in(const VolumeGeometry& grid) { return {grid, std::vector<std::uint8_t>(grid.voxel_count())}; }
 

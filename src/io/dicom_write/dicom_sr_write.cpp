@@ -95,14 +95,14 @@ class ReportBuilder {
     check(report_.addVolumetricROIMeasurements());
     Group& group = report_.getVolumetricROIMeasurements();
     const WrittenSegment& segment = segment_of(object.label, segmentation_, path_);
-    check(group.setTrackingIdentifier(segment.tracking_id.c_str()));
-    check(group.setTrackingUniqueIdentifier(segment.tracking_uid.c_str()));
+    check(group.setTrackingIdentifier(segment.tracking_id));
+    check(group.setTrackingUniqueIdentifier(segment.tracking_uid));
     const SegmentCode& code = object.code.empty() ? tissue_code() : object.code;
     check(group.setFinding(entry_of(code.type, source_)));
-    DSRImageReferenceValue reference(segmentation_.sop_class.c_str(), segmentation_.sop_instance.c_str());
+    DSRImageReferenceValue reference(segmentation_.sop_class, segmentation_.sop_instance);
     reference.getSegmentList().addItem(static_cast<Uint16>(segment.number));
     check(group.setReferencedSegment(reference));
-    check(group.setSourceSeriesForSegmentation(source_.series.c_str()));
+    check(group.setSourceSeriesForSegmentation(source_.series));
     if (code.category.value == kAnatomicalStructure) add_site(group, code);
     const ObjectMeasures& measures = object.measures;
     add(group, Quantity::Volume, measures.volume_mm3, Unit::CubicMillimeter);
@@ -123,7 +123,7 @@ class ReportBuilder {
     check(document.setTreeFromRootTemplate(report_));
     DSRSOPInstanceReferenceList& evidence = document.getCurrentRequestedProcedureEvidence();
     const auto refer = [&](const std::string& series, const std::string& sop_class, const std::string& instance) {
-      check(evidence.addItem(source_.study.c_str(), series.c_str(), sop_class.c_str(), instance.c_str()));
+      check(evidence.addItem(source_.study, series, sop_class, instance));
     };
     refer(segmentation_.series, segmentation_.sop_class, segmentation_.sop_instance);
     for (const DicomInstance& slice : source_.slices) refer(source_.series, slice.sop_class, slice.sop_instance);
@@ -146,7 +146,7 @@ class ReportBuilder {
   void check(const OFCondition& status) const { require_good(status, path_); }
 
   void add(Group& group, const Quantity& quantity, double value, const Unit& unit) const {
-    check(group.addMeasurement(quantity, Group::MeasurementValue(general_text(value, kDigits).c_str(), unit)));
+    check(group.addMeasurement(quantity, Group::MeasurementValue(general_text(value, kDigits), unit)));
   }
 
   void add_site(Group& group, const SegmentCode& code) const {

@@ -62,7 +62,9 @@ class PdfDocument::Page {
     std::string line, word;
     const auto fits = [&](const std::string& one) { return text_width(cairo(), one, size) <= width; };
     while (words >> word) {
-      const std::string longer = line.empty() ? word : line + " " + word;
+      std::string longer = line;
+      if (!line.empty()) longer += ' ';
+      longer += word;
       if (fits(longer)) {
         line = longer;
         continue;
