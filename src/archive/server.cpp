@@ -2,7 +2,6 @@
 #include "archive/server.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -76,23 +75,16 @@ void require_distinct(const std::vector<ArchiveServer>& servers, const fs::path&
 }  // namespace
 
 void require_archive_server(const ArchiveServer& server) {
-  if (!is_plain(server.name, server.name == address_of(server) ? 2000 : 64))
-    throw Error("the archive " + one_line(server.name), "its name is empty, too long or has blanks at its ends",
-                "use a name of at most 64 characters");
-  const std::string what = "the archive " + one_line(server.name);
-  if (server.timeout_s < 1 || server.timeout_s > 3600)
-    throw Error(what, "its time-out is " + std::to_string(server.timeout_s) + " s", "use 1 to 3600 s");
-  if (!server.credentials_variable.empty() && !server.credentials_file.empty())
-    throw Error(what, "it has both a variable and a file with credentials", "use one of them");
-  if (server.protocol == ArchiveProtocol::DicomWeb)
-    return require_web_server(web_server_of(server), "https://host/dicom-web");
+  const WebServer web = web_server_of(server);
+  require_server_settings(web, server.name);
+  if (server.protocol == ArchiveProtocol::DicomWeb) return require_web_server(web, "https://host/dicom-web");
   if (!is_host(server.host) || server.port < 1 || server.port > 65535)
-    throw Error(what, "its host or its port is invalid", "use an address such as ORTHANC@localhost:4242");
+    throw Error(web.what, "its host or its port is invalid", "use an address such as ORTHANC@localhost:4242");
   if (!is_title(server.called_title) || !is_title(server.calling_title))
-    throw Error(what, "one of its AE titles is not 1 to 16 ASCII characters without a backslash",
+    throw Error(web.what, "one of its AE titles is not 1 to 16 ASCII characters without a backslash",
                 "ask your PACS administrator for the titles");
   if (!server.credentials_variable.empty() || !server.credentials_file.empty() || !server.ca_file.empty())
-    throw Error(what, "only DICOMweb uses credentials and certificates", "omit them");
+    throw Error(web.what, "only DICOMweb uses credentials and certificates", "omit them");
 }
 
 ArchiveServer archive_server_at(const std::string& address) {
@@ -134,12 +126,7 @@ std::string address_of(const ArchiveServer& server) {
              : server.called_title + "@" + server.host + ":" + std::to_string(server.port);
 }
 
-fs::path archive_servers_file() {
-  const char* const config = std::getenv("XDG_CONFIG_HOME");
-  const char* const home = std::getenv("HOME");
-  const fs::path folder = config && *config == '/' ? fs::path(config) : fs::path(home ? home : "/") / ".config";
-  return folder / "simplexseg" / "archives.json";
-}
+fs::path archive_servers_file() { return server_list_file("archives.json"); }
 
 std::vector<ArchiveServer> read_archive_servers(const fs::path& file) {
   std::vector<ArchiveServer> servers;

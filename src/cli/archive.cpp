@@ -6,17 +6,10 @@
 
 namespace simplexseg {
 
-void add_connection_options(const Subcommand& sub, ArchiveOptions& options) {
-  sub.add_option("--ca-file", options.ca_file, "File of trusted certificates (PEM), instead of those of the system");
-  sub.add_option("--credentials-variable", options.credentials_variable,
-                 "Environment variable that contains USER:PASSWORD or \"bearer TOKEN\"");
-  sub.add_option("--credentials-file", options.credentials_file,
-                 "File of mode 600 that contains USER:PASSWORD or \"bearer TOKEN\"");
+void add_archive_connection(const Subcommand& sub, ArchiveOptions& options) {
+  add_connection_options(sub, options.connection, ArchiveServer().timeout_s);
   sub.add_option("--calling-title", options.calling_title,
                  "Application entity title of this program (DIMSE); default: SIMPLEXSEG");
-  sub.add_option("--timeout", options.timeout_s,
-                 "Seconds to wait for data before the connection is closed; default: 30")
-      .within(1, 3600);
 }
 
 void add_archive_options(const Subcommand& sub, ArchiveOptions& options) {
@@ -24,18 +17,12 @@ void add_archive_options(const Subcommand& sub, ArchiveOptions& options) {
       "--server", options.server,
       "Name of an archive (list the archives with: archive servers list) or its address: https://... for DICOMweb, "
       "TITLE@host:port for DIMSE; optional if only one archive is configured");
-  add_connection_options(sub, options);
+  add_archive_connection(sub, options);
 }
 
 ArchiveServer with_options(ArchiveServer server, const ArchiveOptions& options) {
-  if (!options.ca_file.empty()) server.ca_file = std::filesystem::absolute(options.ca_file);
-  if (!options.credentials_variable.empty() || !options.credentials_file.empty()) {
-    server.credentials_variable = options.credentials_variable;
-    server.credentials_file =
-        options.credentials_file.empty() ? "" : std::filesystem::absolute(options.credentials_file);
-  }
+  set_connection(server, options.connection);
   if (!options.calling_title.empty()) server.calling_title = options.calling_title;
-  if (options.timeout_s > 0) server.timeout_s = options.timeout_s;
   return server;
 }
 

@@ -5,21 +5,21 @@
 #include <string>
 
 #include "archive/archive.h"
-#include "cli/commands.h"
+#include "cli/connection_options.h"
 
 namespace simplexseg {
 
 /// Options that select an archive and its connection.
 struct ArchiveOptions {
   std::string server;  ///< name or address; empty: the only configured archive
-  std::string ca_file, credentials_variable, credentials_file, calling_title;
-  int timeout_s = 0;  ///< time-out, s; 0: that of the server
+  ConnectionOptions connection;
+  std::string calling_title;
 };
 
 /// Adds `--server` and the connection options.
 void add_archive_options(const Subcommand& sub, ArchiveOptions& options);
 /// Adds the connection options only.
-void add_connection_options(const Subcommand& sub, ArchiveOptions& options);
+void add_archive_connection(const Subcommand& sub, ArchiveOptions& options);
 /// Returns the selected server with the connection options. Throws Error for an unknown server. Options that the
 /// protocol does not support are rejected by open_archive().
 ArchiveServer server_of(const ArchiveOptions& options);

@@ -85,7 +85,7 @@ void add_archive_servers(const Subcommand& app, Action& action) {
   const Subcommand adds = sub.add_subcommand("add", "Adds an archive, or changes it");
   adds.add_option("NAME", options->name, "Name of the archive").required();
   adds.add_option("ADDRESS", options->address, "https://... for DICOMweb, TITLE@host:port for DIMSE").required();
-  add_connection_options(adds, options->archive);
+  add_archive_connection(adds, options->archive);
   adds.callback([options, &action] { action = [options](const Console&) { add(*options); }; });
   const Subcommand removes = sub.add_subcommand("remove", "Removes an archive from the list");
   removes.add_option("NAME", options->name, "Name of the archive").required();
@@ -93,7 +93,7 @@ void add_archive_servers(const Subcommand& app, Action& action) {
   const Subcommand checks = sub.add_subcommand("check", "Tests the connection to an archive");
   checks.add_option("NAME", options->archive.server,
                     "Name or address of the archive; optional if only one is configured");
-  add_connection_options(checks, options->archive);
+  add_archive_connection(checks, options->archive);
   checks.callback([options, &action] { action = [options](const Console& console) { check(*options, console); }; });
 }
 

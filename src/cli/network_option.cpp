@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/network_option.h"
 
-#include <filesystem>
 #include <ostream>
 
 #include "app/progress.h"
@@ -16,13 +15,7 @@ namespace {
 
 NetworkServer server_of(const NetworkOptions& options) {
   NetworkServer server = find_network_server(read_network_servers(), options.server);
-  if (!options.ca_file.empty()) server.ca_file = std::filesystem::absolute(options.ca_file);
-  if (!options.credentials_variable.empty() || !options.credentials_file.empty()) {
-    server.credentials_variable = options.credentials_variable;
-    server.credentials_file =
-        options.credentials_file.empty() ? "" : std::filesystem::absolute(options.credentials_file);
-  }
-  if (options.timeout_s > 0) server.timeout_s = options.timeout_s;
+  set_connection(server, options.connection);
   require_network_server(server);
   return server;
 }
@@ -39,14 +32,7 @@ void add_network_options(const Subcommand& sub, NetworkOptions& options) {
                  "Expected error of the surface of the mask (standard deviation), mm")
       .within(0.1, kMaxErrorMm)
       .show_default();
-  sub.add_option("--ca-file", options.ca_file, "File of trusted certificates (PEM), instead of those of the system");
-  sub.add_option("--credentials-variable", options.credentials_variable,
-                 "Environment variable that contains \"bearer TOKEN\" or USER:PASSWORD for the server");
-  sub.add_option("--credentials-file", options.credentials_file,
-                 "File of mode 600 that contains \"bearer TOKEN\" or USER:PASSWORD for the server");
-  sub.add_option("--timeout", options.timeout_s,
-                 "Seconds to wait for data before the connection is closed; default: 300")
-      .within(1, 3600);
+  add_connection_options(sub, options.connection, NetworkServer().timeout_s);
 }
 
 std::vector<Command> starts_from_network(const NetworkOptions& options, const Scene& scene, const Volume& volume,

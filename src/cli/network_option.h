@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/commands.h"
+#include "cli/connection_options.h"
 #include "session/command.h"
 
 namespace simplexseg {
@@ -12,9 +12,8 @@ namespace simplexseg {
 struct NetworkOptions {
   std::string server;  ///< name or URL; empty: none
   std::string network;
-  std::string ca_file, credentials_variable, credentials_file;
+  ConnectionOptions connection;
   double error_mm = 2;  ///< MeshStart::error_mm
-  int timeout_s = 0;    ///< time-out, s; 0: that of the server
 };
 
 void add_network_options(const Subcommand& sub, NetworkOptions& options);

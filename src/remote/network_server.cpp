@@ -2,7 +2,6 @@
 #include "remote/network_server.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <set>
 
 #include "core/error.h"
@@ -43,22 +42,12 @@ WebServer web_server_of(const NetworkServer& server) {
 }
 
 void require_network_server(const NetworkServer& server) {
-  const std::string what = "the segmentation server " + one_line(server.name);
-  if (!is_plain(server.name, server.name == server.url ? 2000 : 64))
-    throw Error(what, "its name is empty, too long or has blanks at its ends", "use a name of at most 64 characters");
-  if (server.timeout_s < 1 || server.timeout_s > 3600)
-    throw Error(what, "its time-out is " + std::to_string(server.timeout_s) + " s", "use 1 to 3600 s");
-  if (!server.credentials_variable.empty() && !server.credentials_file.empty())
-    throw Error(what, "it has both a variable and a file with credentials", "use one of them");
-  require_web_server(web_server_of(server), "https://host:1527");
+  const WebServer web = web_server_of(server);
+  require_server_settings(web, server.name);
+  require_web_server(web, "https://host:1527");
 }
 
-fs::path network_servers_file() {
-  const char* const config = std::getenv("XDG_CONFIG_HOME");
-  const char* const home = std::getenv("HOME");
-  const fs::path folder = config && *config == '/' ? fs::path(config) : fs::path(home ? home : "/") / ".config";
-  return folder / "simplexseg" / "networks.json";
-}
+fs::path network_servers_file() { return server_list_file("networks.json"); }
 
 std::vector<NetworkServer> read_network_servers(const fs::path& file) {
   std::vector<NetworkServer> servers;

@@ -2,6 +2,7 @@
 #include "remote/web_server.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "core/number_text.h"
 #include "io/platform/files.h"
@@ -72,6 +73,24 @@ RemoteFault too_large(const WebServer& server, const std::string& what, std::uin
                       const std::string& what_to_do) {
   return remote_fault(
       server, what + " is larger than " + format_bytes(static_cast<double>(limit)) + " and was cancelled", what_to_do);
+}
+
+void require_server_settings(const WebServer& server, const std::string& name) {
+  if (!is_plain(name, name == server.url ? 2000 : 64))
+    throw Error(server.what, "its name is empty, too long or has blanks at its ends",
+                "use a name of at most 64 characters");
+  if (server.timeout_s < 1 || server.timeout_s > 3600)
+    throw Error(server.what, "its time-out is " + std::to_string(server.timeout_s) + " s", "use 1 to 3600 s");
+  if (!server.credentials_variable.empty() && !server.credentials_file.empty())
+    throw Error(server.what, "it has both a variable and a file with credentials", "use one of them");
+}
+
+std::filesystem::path server_list_file(const std::string& name) {
+  const char* const config = std::getenv("XDG_CONFIG_HOME");
+  const char* const home = std::getenv("HOME");
+  const std::filesystem::path folder =
+      config && *config == '/' ? std::filesystem::path(config) : std::filesystem::path(home ? home : "/") / ".config";
+  return folder / "simplexseg" / name;
 }
 
 }  // namespace simplexseg

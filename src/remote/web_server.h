@@ -35,6 +35,13 @@ class RemoteFault : public Error {
 /// (http to another machine). `example`: valid URL for messages.
 void require_web_server(const WebServer& server, const std::string& example);
 
+/// Throws Error for a name that is not plain text of at most 64 bytes or the URL, a time-out outside 1 to 3600 s, and
+/// two places with credentials. `what` of `server` begins the message.
+void require_server_settings(const WebServer& server, const std::string& name);
+
+/// Path of a list of servers: simplexseg/NAME in XDG_CONFIG_HOME, else in ~/.config.
+std::filesystem::path server_list_file(const std::string& name);
+
 /// Whether a text is a host name or an IP address.
 bool is_host(const std::string& text);
 /// Whether a text has 1 to `max_size` bytes, no control characters and no blanks at its ends.

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "field/slice_region.h"
+#include "image/paint_voxels.h"
 
 namespace simplexseg {
 namespace {
@@ -100,17 +101,8 @@ void fill(Slice& slice) {
   for (std::size_t v = 0; v < side.size(); ++v) slice.set[v] = side[v] == kInside;
 }
 
-/// Grid of a box of voxels of a grid.
-VolumeGeometry part_of(const VolumeGeometry& grid, const VoxelBox& box) {
-  VolumeGeometry part = grid;
-  part.size = box.size;
-  part.origin_mm = grid.world_from_index() * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
-  part.header = nullptr;
-  return part;
-}
-
 Mask cropped(const Mask& mask, const VoxelBox& box) {
-  Mask part{part_of(mask.geometry, box), {}};
+  Mask part{grid_of_box(mask.geometry, box), {}};
   part.voxels.reserve(box.voxel_count());
   const VoxelBox all{{0, 0, 0}, mask.geometry.size};
   for (int k = 0; k < box.size[2]; ++k)
