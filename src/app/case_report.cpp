@@ -122,6 +122,12 @@ void add_pictures(PdfDocument& document, const Scene& scene, const Volume& volum
 
 /// Row of the start of a mesh.
 std::vector<std::string> start_row(const MeshItem& item) {
+  if (item.start && item.start->network) {
+    const NetworkMask& mask = *item.start->network;
+    const std::string licence = mask.licence.empty() ? "not stated" : mask.licence;
+    return {shown(item.name), "mask of a network: " + shown(mask.network), shown(mask.server),
+            "licence: " + shown(licence)};
+  }
   if (item.start) return {shown(item.name), "start: " + shown(fs::path(item.start->path).filename().string()), "", ""};
   return {shown(item.name), "seed", place_text(item.seed.centre_mm), general_text(item.seed.radius_mm, 4)};
 }

@@ -9,6 +9,7 @@
 #include "io/platform/files.h"
 #include "io/scene/mesh_start.h"
 #include "remote/network_calls.h"
+#include "session/scene_checks.h"
 
 namespace simplexseg {
 namespace {
@@ -38,8 +39,10 @@ void add_network_options(const Subcommand& sub, NetworkOptions& options) {
 std::vector<Command> starts_from_network(const NetworkOptions& options, const Scene& scene, const Volume& volume,
                                          const Console& console) {
   if (volume.empty()) throw Error("--network", "there is no image", "name one");
-  for (const MeshItem& item : scene.meshes)
+  for (const MeshItem& item : scene.meshes) {  // before anything is sent
     if (item.start) throw Error("--network", "'" + item.name + "' starts from labels", "omit one of the two");
+    check_network_start(item);
+  }
   const NetworkServer server = server_of(options);
   const Interrupt interrupt;
   const NetworkWaiting waiting = [] { Interrupt::check(); };

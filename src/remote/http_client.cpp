@@ -153,6 +153,7 @@ HttpResponse HttpClient::perform(const HttpRequest& request, Transfer& transfer)
   set(CURLOPT_URL, url.c_str());
   set(CURLOPT_PROTOCOLS_STR, "http,https");
   set(CURLOPT_FOLLOWLOCATION, 0L);
+  if (is_own_url(server_.url)) set(CURLOPT_NOPROXY, "*");  // a proxy would send the image to another machine
   set(CURLOPT_NOSIGNAL, 1L);
   set(CURLOPT_USERAGENT, "SimplexSeg");
   set(CURLOPT_HTTPHEADER, header.get());

@@ -8,6 +8,7 @@
 #include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/platform/temporary_folder.h"
+#include "io/source/volume_source.h"
 #include "io/volume/volume_io.h"
 #include "remote/network_connection.h"
 
@@ -71,10 +72,8 @@ Json points_of(const std::vector<VoxelIndex>& voxels) {
   return points;
 }
 
-/// Mask of the label of the seed in a label image.
-Mask mask_at_seed(const WebServer& server, const Volume& labels, const VolumeGeometry& grid, const VoxelIndex& seed) {
-  if (!labels.geometry().same_grid(grid))
-    throw remote_fault(server, "its mask has another grid than the image", "use a network that keeps the grid");
+/// Mask of the label of the seed in a label image on this grid.
+Mask mask_at_seed(const Volume& labels, const VolumeGeometry& grid, const VoxelIndex& seed) {
   const double label = labels.value(seed[0], seed[1], seed[2]);
   Mask mask = mask_of(labels, label != 0 ? std::optional(label) : std::nullopt);
   mask.geometry = grid;
@@ -124,14 +123,21 @@ Mask monai_label_mask(const NetworkServer& server, const NetworkConnection& conn
     if (!stream.flush())
       throw Error("the mask of a network", "it cannot be stored", "free space in " + quoted(folder.path()));
   }
+  const VolumeGeometry& grid = request.volume.geometry();
   Volume labels;
   try {
-    labels = load_volume(labels_file).volume;
+    const VolumeSource source = open_volume(labels_file);
+    if (!source.info.geometry.same_grid(grid))  // before memory is allocated for its voxels
+      throw remote_fault(connection.server(), "its mask has another grid than the image",
+                         "use a network that keeps the grid");
+    labels = load_volume(source, labels_file).volume;
+  } catch (const RemoteFault&) {
+    throw;
   } catch (const Error& error) {
     throw remote_fault(connection.server(), "its mask cannot be read: " + one_line(error.what(), 200),
                        "check its version");
   }
-  return mask_at_seed(connection.server(), labels, request.volume.geometry(), request.prompts.inside.front());
+  return mask_at_seed(labels, grid, request.prompts.inside.front());
 }
 
 }  // namespace simplexseg

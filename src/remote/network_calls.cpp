@@ -11,7 +11,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kMostClaims = 3;  ///< of leases for one mask
+constexpr int kMaxClaims = 3;  // leases for one mask
 
 /// Text "detail" of the body of an error; "" without one.
 std::string detail_of(const std::string& body) {
@@ -34,10 +34,6 @@ std::shared_ptr<const NetworkMask> mask_by(const NetworkServer& server, const Ne
 }
 
 }  // namespace
-
-const char* name_of(NetworkInfo::Protocol protocol) {
-  return protocol == NetworkInfo::Protocol::NnInteractive ? "nnInteractive" : "MONAI Label";
-}
 
 std::string stated(const std::string& text) { return one_line(text, 200); }
 
@@ -69,8 +65,12 @@ HttpResponse NetworkConnection::send(const HttpRequest& request, const NetworkWa
 NetworkInfo network_info(const NetworkServer& server, const NetworkWaiting& waiting) {
   require_network_server(server);
   const NetworkConnection connection(server, waiting);
-  if (const auto info = nninteractive_info(connection)) return *info;
-  if (const auto info = monai_label_info(connection)) return *info;
+  try {
+    if (const auto info = nninteractive_info(connection)) return *info;
+    if (const auto info = monai_label_info(connection)) return *info;
+  } catch (const LeaseGone&) {  // although none was claimed
+    throw remote_fault(connection.server(), "it ended the session (410)", "check its version");
+  }
   throw remote_fault(connection.server(), "it is neither a server of nnInteractive nor of MONAI Label",
                      "check its URL");
 }
@@ -88,7 +88,7 @@ std::shared_ptr<const NetworkMask> segment_by_network(const NetworkServer& serve
     throw remote_fault(connection.server(), "it has no network " + one_line(chosen.network, 100),
                        known.empty() ? "load one there" : "choose one of: " + known);
   }
-  for (int claim = 1; claim <= kMostClaims; ++claim) {
+  for (int claim = 1; claim <= kMaxClaims; ++claim) {
     try {
       return mask_by(server, connection, info, chosen);
     } catch (const LeaseGone&) {  // claims another one and sends everything again

@@ -8,6 +8,7 @@
 #include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/scene/json_input.h"
+#include "remote/network_calls.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -69,7 +70,7 @@ std::vector<NetworkServer> read_network_servers(const fs::path& file) {
 NetworkServer find_network_server(const std::vector<NetworkServer>& servers, const std::string& name) {
   const auto found = std::ranges::find(servers, name, &NetworkServer::name);
   if (found != servers.end()) return *found;
-  if (name.find("://") != std::string::npos) {
+  if (name.find("://") != std::string::npos || name.find('@') != std::string::npos) {
     NetworkServer server;
     server.url = name;
     while (server.url.ends_with('/')) server.url.pop_back();
@@ -81,6 +82,10 @@ NetworkServer find_network_server(const std::vector<NetworkServer>& servers, con
   for (const NetworkServer& server : servers) known += (known.empty() ? "" : ", ") + one_line(server.name);
   throw Error("the segmentation server " + one_line(name), "the list of servers has no such name",
               known.empty() ? "use its address, such as https://host:1527" : "choose one of: " + known);
+}
+
+const char* name_of(NetworkInfo::Protocol protocol) {
+  return protocol == NetworkInfo::Protocol::NnInteractive ? "nnInteractive" : "MONAI Label";
 }
 
 }  // namespace simplexseg

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "remote/web_server.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+
 #include <algorithm>
 #include <cstdlib>
 
@@ -10,10 +13,6 @@
 namespace simplexseg {
 namespace {
 
-bool is_loopback(const std::string& host) {
-  return host == "localhost" || host.starts_with("127.") || host == "[::1]" || host == "::1";
-}
-
 /// Host of a URL, without the port.
 std::string host_of_url(const std::string& url) {
   const std::size_t start = url.find("//") + 2;
@@ -22,7 +21,26 @@ std::string host_of_url(const std::string& url) {
   return host.substr(0, host.find(':'));
 }
 
+/// Whether a text that should be a URL names a user before its host.
+bool has_user(const std::string& text) {
+  const std::size_t slashes = text.find("//"), start = slashes == std::string::npos ? 0 : slashes + 2;
+  return text.substr(start, text.find('/', start) - start).find('@') != std::string::npos;
+}
+
 }  // namespace
+
+bool is_own_host(const std::string& host) {
+  constexpr unsigned kLoopbackNet = 127;
+  const bool has_brackets = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  const std::string address = has_brackets ? host.substr(1, host.size() - 2) : host;
+  in_addr four{};
+  in6_addr six{};
+  if (inet_pton(AF_INET, address.c_str(), &four) == 1) return ntohl(four.s_addr) >> 24 == kLoopbackNet;
+  if (inet_pton(AF_INET6, address.c_str(), &six) == 1) return IN6_IS_ADDR_LOOPBACK(&six);
+  return host == "localhost";
+}
+
+bool is_own_url(const std::string& url) { return is_own_host(host_of_url(url)); }
 
 bool is_plain(const std::string& text, std::size_t max_size) {
   return !text.empty() && text.size() <= max_size && text.front() != ' ' && text.back() != ' ' &&
@@ -39,16 +57,15 @@ bool is_host(const std::string& text) {
 void require_web_server(const WebServer& server, const std::string& example) {
   const std::string& url = server.url;
   const std::string use = "use an address such as " + example;
-  if (!url.starts_with("https://") && !url.starts_with("http://"))
-    throw Error(server.what, url.empty() ? "it has no URL" : "its URL does not begin with https:// or http://", use);
-  const std::size_t start = url.find("//") + 2;
-  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // the name may be the URL
+  if (has_user(url))  // first, since other messages contain the name, which may be the URL
     throw Error("the address of " + server.kind, "it contains a user or a password",
                 "use a variable or a file for them instead");
+  if (!url.starts_with("https://") && !url.starts_with("http://"))
+    throw Error(server.what, url.empty() ? "it has no URL" : "its URL does not begin with https:// or http://", use);
   if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))
     throw Error(server.what, "its URL is invalid, or has a query or a fragment", use);
   const bool has_credentials = !server.credentials_variable.empty() || !server.credentials_file.empty();
-  if (has_credentials && url.starts_with("http://") && !is_loopback(host_of_url(url)))
+  if (has_credentials && url.starts_with("http://") && !is_own_url(url))
     throw Error(server.what, "http would send its credentials unencrypted", "use https");
 }
 

@@ -42,6 +42,10 @@ void require_server_settings(const WebServer& server, const std::string& name);
 /// Path of a list of servers: simplexseg/NAME in XDG_CONFIG_HOME, else in ~/.config.
 std::filesystem::path server_list_file(const std::string& name);
 
+/// Whether a host is this machine: "localhost" or a loopback address, IPv6 also in brackets.
+bool is_own_host(const std::string& host);
+/// Whether the host of a valid URL is this machine.
+bool is_own_url(const std::string& url);
 /// Whether a text is a host name or an IP address.
 bool is_host(const std::string& text);
 /// Whether a text has 1 to `max_size` bytes, no control characters and no blanks at its ends.

@@ -4,16 +4,16 @@
 
 #include "core/error.h"
 #include "io/platform/files.h"
+#include "remote/web_server.h"
 #include "serve/http_server.h"
 
 namespace simplexseg {
 
 bool is_loopback(const std::string& address) {
-  constexpr unsigned kLoopbackNet = 127;
   in_addr four{};
   in6_addr six{};
-  if (inet_pton(AF_INET, address.c_str(), &four) == 1) return ntohl(four.s_addr) >> 24 == kLoopbackNet;
-  if (inet_pton(AF_INET6, address.c_str(), &six) == 1) return IN6_IS_ADDR_LOOPBACK(&six);
+  if (inet_pton(AF_INET, address.c_str(), &four) == 1 || inet_pton(AF_INET6, address.c_str(), &six) == 1)
+    return is_own_host(address);
   throw Error("the address '" + one_line(address, 100) + "'", "it is not an IP address",
               "write for example 127.0.0.1, 192.168.0.7 or 0.0.0.0");
 }

@@ -13,8 +13,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kHeaderSeconds = 10, kSilentSeconds = 30, kFinishSeconds = 5;
-constexpr int kPollMs = 100;  // between two checks of `stopped`
+constexpr double kHeaderTimeout_s = 10, kIdleTimeout_s = 30, kFinishTimeout_s = 5;
+constexpr double kMinBytesPerSecond = 16384;  // of a body, after the first kIdleTimeout_s
+constexpr int kPollMs = 100;                  // between two checks of `stopped`
 constexpr std::string_view kEndOfHeaders = "\r\n\r\n";
 
 double clock_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -33,18 +34,21 @@ bool ClientConnection::wait(short events, double deadline_s) {
 
 bool ClientConnection::refill() {
   const double now = clock_s();
-  if (header_deadline_s_ < 0) header_deadline_s_ = now + kHeaderSeconds;
-  if (!wait(POLLIN, in_headers_ ? header_deadline_s_ : now + kSilentSeconds)) return false;
+  if (header_deadline_s_ < 0) header_deadline_s_ = now + kHeaderTimeout_s;
+  const double body_deadline_s =
+      header_deadline_s_ + kIdleTimeout_s + static_cast<double>(body_bytes_) / kMinBytesPerSecond;
+  if (!wait(POLLIN, in_headers_ ? header_deadline_s_ : std::min(now + kIdleTimeout_s, body_deadline_s))) return false;
   const ssize_t count = ::recv(socket_, buffer_, sizeof buffer_, 0);
   if (count < 0) return false;
   begin_ = 0, end_ = static_cast<std::size_t>(count);
+  if (!in_headers_) body_bytes_ += end_;
   return true;
 }
 
 /// Counts bytes of the headers up to the empty line that ends them. Returns false if there are too many.
 bool ClientConnection::count_header(const char* bytes, std::size_t size) {
   for (std::size_t b = 0; b < size && in_headers_; ++b) {
-    if (++header_bytes_ > kMostHeaderBytes) return false;
+    if (++header_bytes_ > kMaxHeaderBytes) return false;
     if (bytes[b] == kEndOfHeaders[matched_])
       ++matched_;
     else
@@ -64,14 +68,14 @@ std::ptrdiff_t ClientConnection::read(char* to, std::size_t size) {
 }
 
 std::ptrdiff_t ClientConnection::write(const char* from, std::size_t size) {
-  if (!wait(POLLOUT, clock_s() + kSilentSeconds)) return -1;
+  if (!wait(POLLOUT, clock_s() + kIdleTimeout_s)) return -1;
   return ::send(socket_, from, size, MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 void ClientConnection::finish() {
   ::shutdown(socket_, SHUT_WR);
   if (in_headers_) return;
-  const double deadline = clock_s() + kFinishSeconds;
+  const double deadline = clock_s() + kFinishTimeout_s;
   while (wait(POLLIN, deadline) && ::recv(socket_, buffer_, sizeof buffer_, MSG_DONTWAIT) > 0) {
   }
 }

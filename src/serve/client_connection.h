@@ -2,11 +2,12 @@
 #pragma once
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 
 namespace simplexseg {
 
 /// Largest request line and headers, bytes.
-inline constexpr std::size_t kMostHeaderBytes = 1 << 16;
+inline constexpr std::size_t kMaxHeaderBytes = 1 << 16;
 
 /// Connection of a client, limited in time and in the size of the headers. Does not own the socket.
 class ClientConnection {
@@ -15,7 +16,8 @@ class ClientConnection {
   ClientConnection(int socket, const std::atomic<bool>& stopped) : socket_(socket), stopped_(stopped) {}
 
   /// Reads up to `size` bytes. Returns 0 at the end of the data, and -1 when the connection failed, the headers are too
-  /// large, or the client is too slow: 10 s for the headers, 30 s without data for the body.
+  /// large, or the client is too slow: 10 s for the headers, 30 s without data for the body, and, after its first 30 s,
+  /// fewer than 16 KiB/s in the mean.
   std::ptrdiff_t read(char* to, std::size_t size);
   /// Writes up to `size` bytes. Returns -1 when the connection failed or the client receives nothing for 30 s.
   std::ptrdiff_t write(const char* from, std::size_t size);
@@ -32,8 +34,9 @@ class ClientConnection {
   const int socket_;
   const std::atomic<bool>& stopped_;
   char buffer_[16384];
-  std::size_t begin_ = 0, end_ = 0;  ///< of the data in the buffer
+  std::size_t begin_ = 0, end_ = 0;  ///< range of unread data in the buffer
   std::size_t header_bytes_ = 0, matched_ = 0;
+  std::uint64_t body_bytes_ = 0;
   bool in_headers_ = true;
   double header_deadline_s_ = -1;
 };

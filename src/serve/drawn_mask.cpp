@@ -15,10 +15,10 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kLeastBranch = 4;      // voxels of a branch beside the longest path of a scribble
-constexpr std::size_t kLeastArea = 9;        // voxels of an area beside larger ones of a lasso
-constexpr double kLineShare = 0.25;          // least enclosed area of a closed line, relative to the voxels of the line
-constexpr std::size_t kMostVertices = 5000;  // of a contour
+constexpr std::size_t kMinBranch = 4;       // voxels of a branch beside the longest path of a scribble
+constexpr std::size_t kMinArea = 9;         // voxels of an area beside larger ones of a lasso
+constexpr double kLineShare = 0.25;         // least enclosed area of a closed line, relative to the voxels of the line
+constexpr std::size_t kMaxVertices = 5000;  // largest number in a contour
 
 VoxelBox set_box(const Mask& mask) {
   const VoxelBox box = bounding_box(mask, mask);
@@ -166,8 +166,8 @@ bool touches(const std::vector<std::uint8_t>& set, const VoxelBox& all, std::siz
 }
 
 void require_parts(std::size_t parts, const char* what) {
-  if (parts > static_cast<std::size_t>(kMostDrawnParts))
-    throw Error(what, "it has more than " + std::to_string(kMostDrawnParts) + " parts", "draw fewer at once");
+  if (parts > static_cast<std::size_t>(kMaxDrawnParts))
+    throw Error(what, "it has more than " + std::to_string(kMaxDrawnParts) + " parts", "draw fewer at once");
 }
 
 }  // namespace
@@ -198,7 +198,7 @@ std::vector<std::vector<Eigen::Vector3d>> paths_of_scribble(const Mask& mask) {
   std::vector<std::vector<Eigen::Vector3d>> paths;
   for_each_region(part, axis, [&](SliceRegion& region) {
     const std::vector<std::size_t> voxels = region.voxels();
-    const bool is_rest = voxels.size() < kLeastBranch &&
+    const bool is_rest = voxels.size() < kMinBranch &&
                          std::ranges::any_of(voxels, [&](std::size_t v) { return touches(covered, all, v, axis); });
     if (is_rest) return true;
     std::vector<Eigen::Vector3d> path = region.middle();
@@ -236,7 +236,7 @@ std::vector<DrawnContour> contours_of_lasso(const Mask& mask) {
   for_each_region(part, axis, [&](SliceRegion& region) {
     const std::vector<Eigen::Vector2d> corners = region.outline();
     // Middles of the faces along the border, which follow oblique borders more smoothly than the corners.
-    const std::size_t step = corners.size() / kMostVertices + 1;
+    const std::size_t step = corners.size() / kMaxVertices + 1;
     DrawnContour drawn{{}, region.normal()};
     for (std::size_t c = 0; c < corners.size(); c += step) {
       const Eigen::Vector2d middle = 0.5 * (corners[c] + corners[(c + 1) % corners.size()]);
@@ -246,10 +246,10 @@ std::vector<DrawnContour> contours_of_lasso(const Mask& mask) {
     require_parts(found.size(), "the lasso");
     return true;
   });
-  const bool has_large = std::ranges::any_of(found, [](const auto& area) { return area.first >= kLeastArea; });
+  const bool has_large = std::ranges::any_of(found, [](const auto& area) { return area.first >= kMinArea; });
   std::vector<DrawnContour> contours;
   for (auto& [voxels, drawn] : found)
-    if (!has_large || voxels >= kLeastArea) contours.push_back(std::move(drawn));
+    if (!has_large || voxels >= kMinArea) contours.push_back(std::move(drawn));
   return contours;
 }
 

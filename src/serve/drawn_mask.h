@@ -9,10 +9,10 @@
 namespace simplexseg {
 
 /// Largest number of strokes or contours of one drawn mask.
-inline constexpr int kMostDrawnParts = 64;
+inline constexpr int kMaxDrawnParts = 64;
 
 /// Paths in mm along the middle of a scribble, one for each branch, in the slices of the axis along which the mask is
-/// thinnest. Throws Error for an empty mask and one of more than kMostDrawnParts parts.
+/// thinnest. Throws Error for an empty mask and one of more than kMaxDrawnParts parts.
 std::vector<std::vector<Eigen::Vector3d>> paths_of_scribble(const Mask& mask);
 
 /// Closed contour in a slice.
@@ -22,7 +22,7 @@ struct DrawnContour {
 };
 /// Contours of the areas that a lasso encloses, in the slices of the axis along which the mask is thinnest. The mask is
 /// filled, or a closed line, whose middle is then the contour. Areas below 9 voxels are omitted unless all are. Throws
-/// Error for an empty mask and one of more than kMostDrawnParts areas.
+/// Error for an empty mask and one of more than kMaxDrawnParts areas.
 std::vector<DrawnContour> contours_of_lasso(const Mask& mask);
 
 }  // namespace simplexseg

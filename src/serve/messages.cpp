@@ -19,11 +19,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMostIndex = 1e9;  // magnitude of an index in a request
+constexpr double kMaxIndex = 1e9;  // magnitude of an index in a request
 
 double number_of(const Json& json, const std::string& name) {
   const bool is_number = json.is_number() && std::isfinite(json.get<double>());
-  if (!is_number || std::abs(json.get<double>()) > kMostIndex) throw Refusal(400, name + " is not a number in range");
+  if (!is_number || std::abs(json.get<double>()) > kMaxIndex) throw Refusal(400, name + " is not a number in range");
   return json.get<double>();
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "field/brush_radius.h"
+#include "field/lasso_prompt.h"
 #include "field/seed_scale.h"
 #include "session/carry_over.h"
 #include "session/paint.h"
@@ -16,11 +17,14 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kMostSteps = 3000;       // per prompt
-constexpr int kChunk = 10;             // steps between two checks of `stopped`
-constexpr double kSeedShare = 0.75;    // radius of a seed, relative to the object scale (seed_scale())
-constexpr double kLeastGrowth = 1.05;  // of a seed in a step of its search
-constexpr std::size_t kMostUndo = UndoHistory::kMaxSteps;
+constexpr int kMaxSteps = 3000;      // per prompt
+constexpr int kChunk = 10;           // steps between two checks of `stopped`
+constexpr double kSeedShare = 0.75;  // radius of a seed, relative to the object scale (seed_scale())
+constexpr double kMinGrowth = 1.05;  // of a seed in a step of its search
+constexpr std::size_t kMaxUndo = UndoHistory::kMaxSteps;
+// Commands of prompts that wait for an object: one prompt of the object, applied and undone together with them, has
+// room.
+constexpr std::size_t kMaxWaiting = kMaxUndo - kMaxDrawnParts - 1;
 
 template <class... Functions>
 struct Overloaded : Functions... {
@@ -28,6 +32,16 @@ struct Overloaded : Functions... {
 };
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;  // Clang 14 does not deduce it
+
+/// Number of commands of a prompt, at most.
+std::size_t command_count(const ObjectPrompt& prompt) {
+  constexpr std::size_t kMaxBoxCommands = 16;
+  return std::visit(
+      Overloaded{[](const ObjectPrompt::Scribble& scribble) { return scribble.paths_mm.size() + 1; },
+                 [](const ObjectPrompt::Lasso& lasso) { return lasso.contours.size(); },
+                 [](const ObjectPrompt::Box&) { return kMaxBoxCommands; }, [](const auto&) { return std::size_t{1}; }},
+      prompt.shape);
+}
 
 Mask nothing_in(const VolumeGeometry& grid) { return {grid, std::vector<std::uint8_t>(grid.voxel_count())}; }
 
@@ -59,7 +73,10 @@ ObjectPrompt scribble_prompt(const Mask& drawn, bool inside) {
 }
 
 ObjectPrompt lasso_prompt(const Mask& drawn, bool inside) {
-  return {inside, ObjectPrompt::Lasso{contours_of_lasso(drawn)}};
+  std::vector<DrawnContour> contours = contours_of_lasso(drawn);
+  for (const DrawnContour& drawn_contour : contours)  // refuses now what could not be applied later
+    prompt_of_lasso(MarkKind::Outside, drawn_contour.contour_mm, drawn_contour.normal, drawn.geometry);
+  return {inside, ObjectPrompt::Lasso{std::move(contours)}};
 }
 
 ObjectPrompt box_prompt(const VolumeGeometry& image, const VoxelBox& box, bool inside) {
@@ -92,7 +109,7 @@ double seed_radius_mm(const Volume& image, const Eigen::Vector3d& centre_mm, dou
   while (radius < largest_mm) {
     // At most twice the radius, so that the seed grows step by step; about the radius where the scale is not clear.
     const double next = std::min(kSeedShare * seed_scale(image, centre_mm, radius).scale_mm, largest_mm);
-    if (next < kLeastGrowth * radius) break;
+    if (next < kMinGrowth * radius) break;
     radius = next;
   }
   return radius;
@@ -155,10 +172,14 @@ void ObjectSession::as_interaction(Work work) {
     throw;
   }
   history_.push_back(std::move(interaction));
-  if (history_.size() > kMostUndo) history_.erase(history_.begin());
+  if (history_.size() > kMaxUndo) history_.erase(history_.begin());
 }
 
 void ObjectSession::add(ObjectPrompt prompt) {
+  std::size_t commands = command_count(prompt);
+  for (const ObjectPrompt& earlier : waiting_) commands += command_count(earlier);
+  if (mesh_ == 0 && !prompt.inside && commands > kMaxWaiting)
+    throw Error("the prompts of the background", "there are too many without an object", "mark the object first");
   as_interaction([&](Interaction& interaction) {
     waiting_.push_back(std::move(prompt));
     const bool has_object = mesh_ != 0 || std::ranges::any_of(waiting_, &ObjectPrompt::inside);
@@ -257,7 +278,7 @@ void ObjectSession::solve() {
     return;
   }
   Advance total;
-  while (total.steps < kMostSteps && !total.at_rest && !total.failure && !stopped_) {
+  while (total.steps < kMaxSteps && !total.at_rest && !total.failure && !stopped_) {
     const Advance part = session_.advance_steps(kChunk, true);
     append(total, part);
     if (part.steps == 0) break;

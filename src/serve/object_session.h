@@ -56,8 +56,8 @@ double seed_radius_mm(const Volume& image, const Eigen::Vector3d& centre_mm, dou
 /// the object has a prompt. One thread at a time may call it.
 class ObjectSession {
  public:
-  /// `largest_seed_mm`: of seed_radius_mm(); `threads`: of fields, 0 for all cores; `stopped`: makes solve() end within
-  /// a few steps, with an incomplete object, as soon as it is true. Throws Error as Session::open().
+  /// `largest_seed_mm`: of seed_radius_mm(); `threads`: threads for fields, 0 for all cores; `stopped`: makes solve()
+  /// end within a few steps, with an incomplete object, as soon as it is true. Throws Error as Session::open().
   ObjectSession(Volume image, EngineChoice engine, double largest_seed_mm, int threads,
                 const std::atomic<bool>& stopped);
 

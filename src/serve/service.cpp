@@ -20,8 +20,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::uint64_t kMostJson = 1 << 16;  // bytes of a body of JSON
-constexpr int kRetry = 10;                    // s, for a client that finds the server in use
+constexpr std::uint64_t kMaxJson = 1 << 16;  // bytes of a body of JSON
+constexpr int kRetry = 10;                   // s, for a client that finds the server in use
 
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -54,13 +54,20 @@ ServiceResponse object_response(const Mask& before, const Mask& now) {
   return response;
 }
 
-ServiceResponse nothing_run() { return {200, "", dumped({{"ran_prediction", false}, {"bbox", nullptr}})}; }
+ServiceResponse response_without_prediction() {
+  return {200, "", dumped({{"ran_prediction", false}, {"bbox", nullptr}})};
+}
 
 /// Response after a prompt: the object if the client requests it.
 ServiceResponse prompt_response(ObjectSession& object, bool runs) {
-  if (!runs) return nothing_run();
+  if (!runs) return response_without_prediction();
   const Mask before = object.object();
-  object.solve();
+  try {
+    object.solve();
+  } catch (...) {
+    object.undo();
+    throw;
+  }
   return object_response(before, object.object());
 }
 
@@ -88,7 +95,7 @@ const SegmentationService::Route* SegmentationService::find_route(const std::str
       Route{"GET", "/lease_status", true, Lease::Use::Peek, Body::None, &Service::lease_status},
       Route{"POST", "/set_image", true, kAction, Body::Array, &Service::set_image},
       Route{"POST", "/set_target_buffer", true, kAction, Body::Json, &Service::set_target_buffer},
-      Route{"POST", "/set_do_autozoom", true, kAction, Body::Json, &Service::set_nothing},
+      Route{"POST", "/set_do_autozoom", true, kAction, Body::Json, &Service::ignore_setting},
       Route{"POST", "/reset_interactions", true, kAction, Body::Json, &Service::reset_interactions},
       Route{"POST", "/undo", true, kAction, Body::Json, &Service::undo},
       Route{"POST", "/predict", true, kAction, Body::Json, &Service::predict},
@@ -121,7 +128,7 @@ std::optional<ServiceResponse> SegmentationService::refusal(const ServiceRequest
     return refused(410, "the lease is missing, unknown or over; claim a new one");
   if (route->body == Route::Body::None) return std::nullopt;
   if (!request.body_bytes) return refused(411, "the length of the body is missing");
-  const std::uint64_t most = route->body == Route::Body::Json ? kMostJson : settings_.most_bytes;
+  const std::uint64_t most = route->body == Route::Body::Json ? kMaxJson : settings_.most_bytes;
   if (*request.body_bytes > most)
     return refused(413, "the body is larger than " + format_bytes(static_cast<double>(most)));
   return std::nullopt;
@@ -158,6 +165,7 @@ void SegmentationService::replace_slot(std::shared_ptr<Slot> slot) {
 }
 
 void SegmentationService::expire() {
+  const std::lock_guard lock(lease_change_);
   if (lease_.expire(now_s())) replace_slot(nullptr);
 }
 
@@ -203,6 +211,7 @@ ServiceResponse SegmentationService::capabilities(const ServiceRequest&) {
 }
 
 ServiceResponse SegmentationService::claim(const ServiceRequest&) {
+  const std::lock_guard lock(lease_change_);
   const std::optional<std::string> token = lease_.claim(now_s());
   if (!token) return refused(503, "another client uses the server (1 at a time); try again later");
   replace_slot(std::make_shared<Slot>());
@@ -213,6 +222,7 @@ ServiceResponse SegmentationService::claim(const ServiceRequest&) {
 }
 
 ServiceResponse SegmentationService::release(const ServiceRequest& request) {
+  const std::lock_guard lock(lease_change_);
   if (lease_.release(request.lease)) replace_slot(nullptr);
   return json_response({{"released", true}});
 }
@@ -248,7 +258,7 @@ ServiceResponse SegmentationService::set_target_buffer(const ServiceRequest& req
   });
 }
 
-ServiceResponse SegmentationService::set_nothing(const ServiceRequest&) { return json_response(Json::object()); }
+ServiceResponse SegmentationService::ignore_setting(const ServiceRequest&) { return json_response(Json::object()); }
 
 ServiceResponse SegmentationService::reset_interactions(const ServiceRequest&) {
   return with_object([](ObjectSession& object) {
@@ -260,12 +270,16 @@ ServiceResponse SegmentationService::reset_interactions(const ServiceRequest&) {
 ServiceResponse SegmentationService::undo(const ServiceRequest&) {
   return with_object([](ObjectSession& object) {
     const Mask before = object.object();
-    return object.undo() ? object_response(before, object.object()) : nothing_run();
+    return object.undo() ? object_response(before, object.object()) : response_without_prediction();
   });
 }
 
 ServiceResponse SegmentationService::predict(const ServiceRequest&) {
-  return with_object([](ObjectSession& object) { return prompt_response(object, true); });
+  return with_object([](ObjectSession& object) {
+    const Mask before = object.object();
+    object.solve();
+    return object_response(before, object.object());
+  });
 }
 
 ServiceResponse SegmentationService::add_point(const ServiceRequest& request) {

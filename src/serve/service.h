@@ -76,7 +76,7 @@ class SegmentationService {
   ServiceResponse lease_status(const ServiceRequest& request);
   ServiceResponse set_image(const ServiceRequest& request);
   ServiceResponse set_target_buffer(const ServiceRequest& request);
-  ServiceResponse set_nothing(const ServiceRequest& request);
+  ServiceResponse ignore_setting(const ServiceRequest& request);
   ServiceResponse reset_interactions(const ServiceRequest& request);
   ServiceResponse undo(const ServiceRequest& request);
   ServiceResponse predict(const ServiceRequest& request);
@@ -96,6 +96,7 @@ class SegmentationService {
   const ServiceSettings settings_;
   const std::function<EngineChoice()> make_engine_;
   Lease lease_;
+  std::mutex lease_change_;  ///< lock while a lease begins or ends together with its slot
   std::mutex slot_mutex_;
   std::shared_ptr<Slot> slot_;
 };

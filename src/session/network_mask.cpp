@@ -25,15 +25,22 @@ std::string MeshItem::prior_identity() const {
   return model_identity();
 }
 
+void check_network_start(const MeshItem& item) {
+  refuse_locked(item);
+  if (item.model)
+    throw Error("the mask of a network for '" + item.name + "'", "the segmentation has a model",
+                "remove the model first");
+}
+
 SceneChange SceneEditor::execute(const SetStart& command) {
   MeshItem& item = item_of(command.mesh);
   refuse_locked(item);
   if (command.start) {
+    check_network_start(item);
     const std::string what = "the mask of a network for '" + item.name + "'";
     if (!command.start->network || !command.start->mesh) throw Error(what, "it was not read", "read it first");
     if (!(command.start->error_mm > 0 && command.start->error_mm <= kMaxErrorMm))
       throw Error(what, "its expected error is out of range", "use a deviation above 0 and up to 100 mm");
-    if (item.model) throw Error(what, "the segmentation has a model", "remove the model first");
   }
   MeshItem changed = item;
   changed.start = command.start;

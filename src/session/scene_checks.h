@@ -34,6 +34,8 @@ void refuse_locked(const MeshItem& item);
 void check_range(const MeshItem& item, const IntensityRange& range);
 /// Throws for a model that was not read, and for a model (null: none) of a mesh that starts from labels or a mesh.
 void check_model(const MeshItem& item, const MeshModel* model);
+/// Throws for a mesh that cannot start from the mask of a network: it is locked or has a model.
+void check_network_start(const MeshItem& item);
 /// Throws for start modes (MeshItem::start_modes) without a model, more than it has, or out of range.
 void check_start_modes(const MeshItem& item);
 /// Throws for a mesh that does not start from the shape of a model, whose profiles it therefore cannot have

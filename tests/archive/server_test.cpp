@@ -57,9 +57,10 @@ TEST_F(Servers, InvalidAddressesAreRejected) {
   EXPECT_EQ(archive_server_at("https://h:8042/x/").url, "https://h:8042/x");
   const ArchiveServer classic = archive_server_at("TITLE@host:104");
   EXPECT_EQ(classic.called_title + " " + classic.host + " " + std::to_string(classic.port), "TITLE host 104");
-  for (const char* address : {"host", "T@host", "T@host:", "T@host:70000", "T@host:1x", "@host:104",
-                              "a title that is long@h:1", "T@a b:1", "gopher://x", "https://", "https://a b",
-                              "https://h/x?y=1", "https://h/#x", "https://h\n/x", "https://u:secret@h/x"}) {
+  for (const char* address :
+       {"host", "T@host", "T@host:", "T@host:70000", "T@host:1x", "@host:104", "a title that is long@h:1", "T@a b:1",
+        "gopher://x", "https://", "https://a b", "https://h/x?y=1", "https://h/#x", "https://h\n/x",
+        "https://u:secret@h/x", "HTTPS://u:secret@h/x"}) {
     const std::string message = error_of([&] { archive_server_at(address); });
     EXPECT_FALSE(message.empty()) << address;
     EXPECT_EQ(message.find("secret"), std::string::npos) << message;
@@ -68,8 +69,14 @@ TEST_F(Servers, InvalidAddressesAreRejected) {
   require_archive_server(open);
   open.credentials_variable = "LOGIN";
   EXPECT_NE(error_of([&] { require_archive_server(open); }).find("unencrypted"), std::string::npos);
-  open.url = "http://127.0.0.1:8042/x";
-  require_archive_server(open);
+  for (const char* host : {"127.example.org", "localhost.example.org", "1.127.0.0", "[2001:db8::1]"}) {
+    open.url = std::string("http://") + host + ":8042/x";
+    EXPECT_NE(error_of([&] { require_archive_server(open); }).find("unencrypted"), std::string::npos) << host;
+  }
+  for (const char* host : {"127.0.0.1", "127.8.9.1", "localhost", "[::1]"}) {
+    open.url = std::string("http://") + host + ":8042/x";
+    EXPECT_EQ(error_of([&] { require_archive_server(open); }), "") << host;
+  }
 }
 
 TEST_F(Servers, CredentialsAreReadFromTheVariableOrFile) {

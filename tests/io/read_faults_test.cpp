@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "io/mesh/mesh_io.h"
+#include "io/platform/files.h"
 #include "io/scene/scene_io.h"
 #include "io/source/volume_source.h"
 #include "io/volume/volume_io.h"
@@ -25,6 +26,18 @@ class ReadFaults : public test::FolderTest {
     return folder / name;
   }
 };
+
+TEST(OneLine, ControlCharactersBecomeSpacesAndCutsRespectCharacters) {
+  EXPECT_EQ(one_line(" a\n\tb\x7f "), "a b");
+  EXPECT_EQ(one_line("abcd", 4), "abcd");
+  EXPECT_EQ(one_line("abcde", 4), "abcd ...");
+  const std::string two = "\xc3\xa9", three = "\xe2\x82\xac", four = "\xf0\x9f\x99\x82";
+  for (const std::string& character : {two, three, four})
+    for (std::size_t cut = 1; cut < character.size(); ++cut)
+      EXPECT_EQ(one_line("ab" + character + "c", 2 + cut), "ab ...") << cut;
+  EXPECT_EQ(one_line(two + two + "c", 4), two + two + " ...");
+  EXPECT_EQ(one_line(std::string(9, '\x80'), 6).size(), 7u) << "not UTF-8";
+}
 
 TEST_F(ReadFaults, AFileThatIsRemovedBetweenHeaderAndVoxels) {
   for (const char* name : kVolumes) {

@@ -113,6 +113,9 @@ TEST(Uptake, OfImagesThatContainItAlready) {
   expect_factor(pet, 1);
   pet.suv_type = "LBM";
   EXPECT_NE(uptake_scale(pet).refusal.find("(0054,1006)"), std::string::npos);
+  EXPECT_EQ(unit_of_pet(pet), "g/ml (LBM)");
+  pet.suv_type = "BW";
+  EXPECT_EQ(unit_of_pet(pet), "g/ml");
   pet = {};
   pet.units = "CNTS", pet.philips_factor = "0.000551";
   expect_factor(pet, 5.51e-4);

@@ -59,7 +59,9 @@ class NetworkTest(unittest.TestCase):
         self.folder = Path(temporary.name)
         self.image = self.folder / "Secretperson.nii"
         write_image(self.image)
-        self.environment = {**os.environ, "XDG_CONFIG_HOME": str(self.folder / "config"), "NO_PROXY": "*"}
+        self.environment = {name: value for name, value in os.environ.items() if name.lower() != "no_proxy"}
+        # A proxy must not see what is sent to this machine: this one does not exist.
+        self.environment.update(XDG_CONFIG_HOME=str(self.folder / "config"), http_proxy="http://127.0.0.1:9", all_proxy="http://127.0.0.1:9")
 
     def serve(self, *arguments: str) -> Any:
         from stand_in import StandIn
@@ -172,8 +174,15 @@ class Sessions(NetworkTest):
         self.assertIn("choose one of: gpu", self.segment("other", "--steps", 0, status=2).stderr)
 
     def test_credentials_are_not_sent_unencrypted(self) -> None:
-        self.assertIn("http would send its credentials unencrypted",
-                      self.segment("http://192.0.2.1:1527", "--credentials-variable", "HOME", status=2).stderr)
+        for host in "192.0.2.1", "127.example.org", "localhost.example.org", "[2001:db8::1]":
+            self.assertIn("http would send its credentials unencrypted",
+                          self.segment(f"http://{host}:1527", "--credentials-variable", "HOME", status=2).stderr)
+
+    def test_a_password_in_an_address_is_not_printed(self) -> None:
+        for address in "HTTPS://ann:secret@example.org", "http://ann:secret@127.0.0.1:1", "ann:secret@example.org/x", "x//ann:secret@a?b":
+            message = self.segment(address, status=2).stderr
+            self.assertIn("it contains a user or a password", message)
+            self.assertNotIn("secret", message)
 
 
 class Faults(NetworkTest):

@@ -149,6 +149,29 @@ class Prompts(ServeCase):
                 self.assertGreater(target.dice(self.truth), 0.85)
                 client.post("/release")
 
+    def test_background_that_encloses_nothing(self) -> None:
+        """A lasso of the background that could not be applied later is refused at once, and does not block the object."""
+        centre = self.centre()
+        client, target = self.opened()
+        array, box = self.drawn({(2, 2, 2)})
+        self.assert_refused(client.send("/add_lasso_interaction", array, {"include_interaction": False, "interaction_bbox": box}), 400, "lasso")
+        target.receive(self.point(client, centre))
+        self.assertGreater(target.dice(self.truth), 0.9)
+
+    def test_too_much_background(self) -> None:
+        """Prompts that wait are limited, so that they and the first prompt of the object can be undone together."""
+        client, target = self.opened()
+        accepted = 0
+        while (response := self.point(client, [2, 2, 2 + accepted % 40], False, run_prediction=False)).status == 200:
+            accepted += 1
+            self.assertLess(accepted, 500)
+        self.assert_refused(response, 400, "object first")
+        self.assertGreater(accepted, 100)
+        target.receive(self.point(client, self.centre()))
+        self.assertTrue(any(target.voxels))
+        target.receive(client.post("/undo"))
+        self.assertFalse(any(target.voxels))
+
     def test_initial_segmentation(self) -> None:
         """An initial segmentation is kept until a prompt changes it, and can be withdrawn."""
         client, target = self.opened()

@@ -96,12 +96,14 @@ UptakeScale decay_seconds(const PetAttributes& pet, double& seconds) {
   return {};
 }
 
+/// Whether values in g/ml are uptake by body weight: the default of SUV Type (PS3.3 C.8.9.1).
+bool is_body_weight(const PetAttributes& pet) { return pet.suv_type.empty() || pet.suv_type == "BW"; }
+
 }  // namespace
 
 UptakeScale uptake_scale(const PetAttributes& pet) {
   if (pet.units == "GML") {
-    if (!pet.suv_type.empty() && pet.suv_type != "BW")
-      return refuse("SUV Type (0054,1006) is '" + pet.suv_type + "', not BW");
+    if (!is_body_weight(pet)) return refuse("SUV Type (0054,1006) is '" + pet.suv_type + "', not BW");
     return {1, ""};
   }
   if (pet.units == "CNTS") {
@@ -137,7 +139,8 @@ std::string uptake_warning(const std::filesystem::path& path, const UptakeScale&
 }
 
 std::string unit_of_pet(const PetAttributes& pet) {
-  return pet.units == "BQML" ? "Bq/ml" : pet.units == "GML" ? "g/ml" : pet.units == "CNTS" ? "counts" : "";
+  if (pet.units == "GML") return is_body_weight(pet) ? "g/ml" : "g/ml (" + pet.suv_type + ")";
+  return pet.units == "BQML" ? "Bq/ml" : pet.units == "CNTS" ? "counts" : "";
 }
 
 PetAttributes read_pet_attributes(const std::filesystem::path& file) {

@@ -38,7 +38,8 @@ PetAttributes read_pet_attributes(const std::filesystem::path& file);
 /// Warning of one line that stored values are shown, and why; "" with a factor, and for images without refusal.
 std::string uptake_warning(const std::filesystem::path& path, const UptakeScale& uptake);
 
-/// Unit of the voxel values of Units (0054,1001): "Bq/ml", "counts" ...; "" for others.
+/// Unit of the voxel values of Units (0054,1001): "Bq/ml", "counts", "g/ml" for uptake by body weight, and "g/ml (LBM)"
+/// and the like for the other SUV Types (0054,1006); "" for others.
 std::string unit_of_pet(const PetAttributes& pet);
 
 }  // namespace simplexseg

@@ -56,6 +56,11 @@ struct IntensityMeaning {
 IntensityMeaning meaning_of(const std::string& unit, const std::string& modality) {
   if (unit == "HU") return {Quantity::AttenuationCoefficient, Unit::HounsfieldUnit};
   if (unit == "SUV" || unit == "g/ml") return {Quantity::SUVbw, Unit::StandardizedUptakeValueBodyWeight};
+  if (unit == "g/ml (LBM)") return {Quantity::SUVlbm, Unit::StandardizedUptakeValueLeanBodyMassJames};
+  if (unit == "g/ml (LBMJAMES128)")
+    return {Quantity::SUVlbmJames128, Unit::StandardizedUptakeValueLeanBodyMassJames128Multiplier};
+  if (unit == "g/ml (LBMJANMA)") return {Quantity::SUVlbmJanma, Unit::StandardizedUptakeValueLeanBodyMassJanma};
+  if (unit == "g/ml (IBW)") return {Quantity::SUVibw, Unit::StandardizedUptakeValueIdealBodyWeight};
   const DSRCodedEntryValue intensity("intensity", "99SIMPLEXSEG", "Intensity of voxels");
   if (unit == "Bq/ml") return {intensity, Unit::BecquerelsPerMilliliter};
   if (unit == "counts") return {intensity, Unit::Counts};

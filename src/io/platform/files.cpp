@@ -21,7 +21,11 @@ std::string one_line(const std::string& text, std::size_t limit) {
     line += static_cast<char>(c);
   }
   if (!line.empty() && line.back() == ' ') line.pop_back();
-  if (line.size() > limit) line = line.substr(0, limit) + " ...";
+  if (line.size() > limit) {
+    std::size_t end = limit;  // at the start of a character of UTF-8, which has at most three further bytes
+    while (end > 0 && limit - end < 3 && (static_cast<unsigned char>(line[end]) & 0xc0) == 0x80) --end;
+    line = line.substr(0, end) + " ...";
+  }
   return line;
 }
 
