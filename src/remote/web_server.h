@@ -42,6 +42,8 @@ void require_server_settings(const WebServer& server, const std::string& name);
 /// Path of a list of servers: simplexseg/NAME in XDG_CONFIG_HOME, else in ~/.config.
 std::filesystem::path server_list_file(const std::string& name);
 
+/// Whether nobody can read what is sent on its way to a valid URL: https, or a server of this machine.
+bool is_protected(const std::string& url);
 /// Whether a text is a host name or an IP address.
 bool is_host(const std::string& text);
 /// Whether a text has 1 to `max_size` bytes, no control characters and no blanks at its ends.
