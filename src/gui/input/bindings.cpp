@@ -161,6 +161,8 @@ const Binding kBindings[] = {
      "Move the active segmentation one place down in the list"},
     {Act::DeleteMesh, kEverywhere, "Ctrl+Del", Mouse::None, {}, "&Delete",
      "Delete the active segmentation and its points"},
+    {Act::NetworkStart, kEverywhere, "Ctrl+N", Mouse::None, {}, "&Start from a network...",
+     "Start the active segmentation from the mask of a network on a server, to which the image is then sent"},
     {Act::MeshFromLabels, kEverywhere, "Ctrl+Shift+E", Mouse::None, {}, "Segmentations from l&abels...",
      "Load labels of a label volume or of DICOM contours as segmentations"},
     {Act::MeshFromFile, kEverywhere, "Ctrl+Shift+F", Mouse::None, {}, "Segmentation from a &file...",
