@@ -75,8 +75,7 @@ NetworkPrompts prompts_of(const Scene& scene, const MeshItem& item, const Volume
 }
 
 std::string text_of(const NetworkPrompts& prompts) {
-  const std::string points =
-      counted(static_cast<std::int64_t>(prompts.inside.size() + prompts.outside.size()), "point");
+  std::string points = counted(static_cast<std::int64_t>(prompts.inside.size() + prompts.outside.size()), "point");
   if (prompts.scribbles.empty()) return points;
   return points + " and " + counted(static_cast<std::int64_t>(prompts.scribbles.size()), "scribble");
 }

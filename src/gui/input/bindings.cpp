@@ -68,7 +68,7 @@ const Binding kBindings[] = {
     {Act::Archive, kEverywhere, "Ctrl+Shift+A", Mouse::None, {}, "Archi&ve...",
      "Find, fetch and open a series of an archive (PACS)"},
     {Act::SendBack, kEverywhere, "Ctrl+Shift+B", Mouse::None, {}, "Send &back to archive...",
-     "Send labels, contours and a picture to the study of the image"},
+     "Send labels, contours, a report and a picture to the study of the image"},
     {Act::OpenReference, kEverywhere, "Ctrl+Shift+L", Mouse::None, {}, "Load re&ference labels...",
      "Load labels with which the panel Check compares the segmentations"},
     {Act::SaveScene, kEverywhere, "Ctrl+S", Mouse::None, {}, "&Save scene",
