@@ -8,7 +8,6 @@
 #include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/scene/mesh_start.h"
-#include "remote/network_calls.h"
 #include "session/scene_checks.h"
 
 namespace simplexseg {
@@ -31,7 +30,7 @@ void add_network_options(const Subcommand& sub, NetworkOptions& options) {
   sub.add_option("--network-name", options.network, "Network of the server; default: its first one").not_empty();
   sub.add_option("--network-error", options.error_mm,
                  "Expected error of the surface of the mask (standard deviation), mm")
-      .within(0.1, kMaxErrorMm)
+      .within(kMinNetworkErrorMm, kMaxErrorMm)
       .show_default();
   add_connection_options(sub, options.connection, NetworkServer().timeout_s);
 }
@@ -50,11 +49,10 @@ std::vector<Command> starts_from_network(const NetworkOptions& options, const Sc
     const NetworkInfo info = network_info(server, waiting);
     std::vector<Command> commands;
     for (const MeshItem& item : scene.meshes) {
-      NetworkRequest request{volume, prompts_of(scene, item, volume.geometry()), options.network};
-      const std::size_t points = request.prompts.inside.size() + request.prompts.outside.size();
+      NetworkRequest request{volume, prompts_of(scene, item, volume.geometry(), info.scribble_voxels), options.network};
       console.err << "note: sends the image (" << format_bytes(static_cast<double>(volume.bytes())) << ") and "
-                  << counted(static_cast<std::int64_t>(points), "point") << " of '" << one_line(item.name, 100)
-                  << "' to " << server.url << " (" << name_of(info.protocol)
+                  << text_of(request.prompts) << " of '" << one_line(item.name, 100) << "' to " << server.url << " ("
+                  << name_of(info.protocol)
                   << "); licence of its network: " << (info.licence.empty() ? "not stated" : info.licence) << "\n";
       const Progress progress(console, "network");
       commands.emplace_back(

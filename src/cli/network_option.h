@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/connection_options.h"
+#include "remote/network_calls.h"
 #include "session/command.h"
 
 namespace simplexseg {
@@ -13,7 +14,7 @@ struct NetworkOptions {
   std::string server;  ///< name or URL; empty: none
   std::string network;
   ConnectionOptions connection;
-  double error_mm = 2;  ///< MeshStart::error_mm
+  double error_mm = kNetworkErrorMm;
 };
 
 void add_network_options(const Subcommand& sub, NetworkOptions& options);

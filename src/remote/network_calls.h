@@ -20,10 +20,16 @@ struct NetworkInfo {
   std::vector<std::string> networks;  ///< names of the networks to choose from; the first is the default
   std::string licence;                ///< of the weights; empty: not stated
   std::vector<std::string> inputs;    ///< kinds of prompts; empty: not stated
+  int scribble_voxels = 0;            ///< thickness of scribbles that it prefers; 0: it accepts none
 };
 
 /// Name of a protocol for messages: "nnInteractive" or "MONAI Label".
 const char* name_of(NetworkInfo::Protocol protocol);
+
+/// Default expected error of the surface of a mask (MeshStart::error_mm), mm.
+inline constexpr double kNetworkErrorMm = 2;
+/// Smallest expected error that can be chosen, mm.
+inline constexpr double kMinNetworkErrorMm = 0.1;
 
 /// Called at least once a second during a call. An exception (Cancelled) ends the call.
 using NetworkWaiting = std::function<void()>;

@@ -16,6 +16,7 @@ using Json = nlohmann::json;
 constexpr const char* kJson = "application/json";
 constexpr const char* kBytes = "application/octet-stream";
 constexpr const char* kNoLicence = "!!MISSING!!";  ///< licence that the server does not know
+constexpr int kScribbleVoxels = 2;                 ///< thickness of scribbles for a server that does not state it
 constexpr std::uint64_t kMaxMask = std::uint64_t{1} << 31;
 
 ArrayType array_type(VoxelType type) {
@@ -129,6 +130,22 @@ void take_region(const WebServer& server, const HttpResponse& response, Mask& ma
     }
 }
 
+/// Thickness of scribbles that a server prefers, a number or one for each axis, voxels.
+int scribble_voxels(const Json& claims) {
+  const auto preferred = claims.find("preferred_scribble_thickness");
+  if (preferred == claims.end()) return kScribbleVoxels;
+  const Json& one = preferred->is_array() && !preferred->empty() ? preferred->front() : *preferred;
+  return one.is_number() ? static_cast<int>(std::clamp(one.get<double>(), 1.0, 20.0)) : kScribbleVoxels;
+}
+
+std::string packed_scribble(const StrokeVoxels& voxels) {
+  const std::vector<std::int64_t> shape = {voxels.box.size[2], voxels.box.size[1], voxels.box.size[0]};
+  std::vector<std::byte> set;
+  set.reserve(voxels.voxels.size());
+  for (const VoxelPaint voxel : voxels.voxels) set.push_back(std::byte{voxel != VoxelPaint::None});
+  return pack_array(ArrayType::UInt8, shape, set);
+}
+
 }  // namespace
 
 std::optional<NetworkInfo> nninteractive_info(const NetworkConnection& connection) {
@@ -143,8 +160,13 @@ std::optional<NetworkInfo> nninteractive_info(const NetworkConnection& connectio
   if (const auto kinds = claims.find("supported_interactions"); kinds != claims.end() && kinds->is_object()) {
     for (const auto& [name, supported] : kinds->items())
       if (supported == true) info.inputs.push_back(stated(name));
-    if (kinds->value("points", true) == false)
+    const auto states = [&](const char* kind, bool supported) {
+      const auto found = kinds->find(kind);
+      return found != kinds->end() && *found == supported;
+    };
+    if (states("points", false))
       throw remote_fault(connection.server(), "its network does not accept points", "load another network there");
+    if (states("scribble", true)) info.scribble_voxels = scribble_voxels(claims);
   }
   return info;
 }
@@ -160,17 +182,30 @@ Mask nninteractive_mask(const NetworkServer& server, const NetworkConnection& co
   const Json spacing = {grid.spacing_mm[2], grid.spacing_mm[1], grid.spacing_mm[0]};
   lease.post_array("/set_image", {{"image_properties", {{"spacing", spacing}}}}, std::move(image));
   lease.post("/set_target_buffer", {{"shape", {shape[1], shape[2], shape[3]}}, {"dtype", "uint8"}});
-  // The network computes once, after the last point.
-  std::size_t left = request.prompts.inside.size() + request.prompts.outside.size();
+  // The network computes once, after the last prompt: an inside point, since there is a seed.
+  const NetworkPrompts& prompts = request.prompts;
+  std::size_t left = prompts.inside.size() + prompts.outside.size() + prompts.scribbles.size();
   HttpResponse last;
-  for (const bool inside : {false, true})
-    for (const VoxelIndex& at : inside ? request.prompts.inside : request.prompts.outside) {
-      const bool is_last = --left == 0;
-      last = lease.post("/add_point_interaction", {{"coordinates", {at[2], at[1], at[0]}},
-                                                   {"include_interaction", inside},
-                                                   {"run_prediction", is_last},
-                                                   {"override_capability_checks", false}});
+  for (const bool inside : {false, true}) {
+    const auto keys = [&] {
+      return Json{
+          {"include_interaction", inside}, {"run_prediction", --left == 0}, {"override_capability_checks", false}};
+    };
+    for (const NetworkScribble& scribble : prompts.scribbles) {
+      if (scribble.inside != inside) continue;
+      Json meta = keys();
+      for (std::size_t a = 3; a-- > 0;) {
+        const int low = scribble.voxels.box.first[a];
+        meta["interaction_bbox"].push_back({low, low + scribble.voxels.box.size[a]});
+      }
+      last = lease.post_array("/add_scribble_interaction", meta, packed_scribble(scribble.voxels));
     }
+    for (const VoxelIndex& at : inside ? prompts.inside : prompts.outside) {
+      Json body = keys();
+      body["coordinates"] = {at[2], at[1], at[0]};
+      last = lease.post("/add_point_interaction", body);
+    }
+  }
   take_region(connection.server(), last, mask);
   return mask;
 }

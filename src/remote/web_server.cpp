@@ -41,6 +41,7 @@ bool is_own_host(const std::string& host) {
 }
 
 bool is_own_url(const std::string& url) { return is_own_host(host_of_url(url)); }
+bool is_protected(const std::string& url) { return url.starts_with("https://") || is_own_url(url); }
 
 bool is_plain(const std::string& text, std::size_t max_size) {
   return !text.empty() && text.size() <= max_size && text.front() != ' ' && text.back() != ' ' &&
@@ -65,7 +66,7 @@ void require_web_server(const WebServer& server, const std::string& example) {
   if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))
     throw Error(server.what, "its URL is invalid, or has a query or a fragment", use);
   const bool has_credentials = !server.credentials_variable.empty() || !server.credentials_file.empty();
-  if (has_credentials && url.starts_with("http://") && !is_own_url(url))
+  if (has_credentials && !is_protected(url))
     throw Error(server.what, "http would send its credentials unencrypted", "use https");
 }
 

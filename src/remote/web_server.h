@@ -46,6 +46,8 @@ std::filesystem::path server_list_file(const std::string& name);
 bool is_own_host(const std::string& host);
 /// Whether the host of a valid URL is this machine.
 bool is_own_url(const std::string& url);
+/// Whether nobody can read what is sent on its way to a valid URL: https, or a server of this machine.
+bool is_protected(const std::string& url);
 /// Whether a text is a host name or an IP address.
 bool is_host(const std::string& text);
 /// Whether a text has 1 to `max_size` bytes, no control characters and no blanks at its ends.

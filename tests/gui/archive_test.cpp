@@ -231,7 +231,7 @@ TEST_F(ArchiveTest, AFetchShowsItsProgressAndCanBeCancelled) {
   QTest::keyClick(&axial(), Qt::Key_PageUp);
   EXPECT_NE(bench().view.crosshair_mm.z(), slice);
 
-  click(*dialog, "archive_cancel");
+  click(*dialog, "task_cancel");
   EXPECT_EQ(dialog->task().text(), "Cancelled: no image was stored");
   EXPECT_FALSE(bar->isVisible());
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 0 && cached().empty(); }));
@@ -279,7 +279,7 @@ TEST_F(ArchiveTest, EachFaultIsOneLineAndTheDialogStaysUsable) {
       click(*dialog, button);
       ASSERT_TRUE(wait_until([&] { return !dialog->task().busy(); }));
       EXPECT_EQ(dialog->task().text(), QString(fault));
-      EXPECT_EQ(dialog->findChild<QLabel*>("archive_line")->property("role"), "warning");
+      EXPECT_EQ(dialog->findChild<QLabel*>("task_line")->property("role"), "warning");
       EXPECT_TRUE(cached().empty());
       EXPECT_FALSE(bench().has_volume());
     }

@@ -39,7 +39,7 @@ TEST_F(ModelMenuTest, SetsAndRemovesTheModelAsActions) {
   ASSERT_TRUE(item().model);
   EXPECT_EQ(item().model->checksum, checksum_);
   EXPECT_TRUE(entry("choose_model").text().contains("sphere.model")) << entry("choose_model").text().toStdString();
-  const QLabel& card = *window_->findChild<QLabel*>("card_model");
+  const QLabel& card = *window_->findChild<QLabel*>("card_prior");
   EXPECT_TRUE(card.isVisible());
   EXPECT_TRUE(card.text().contains("sphere.model")) << card.text().toStdString();
   EXPECT_TRUE(card.toolTip().contains("1 case")) << card.toolTip().toStdString();

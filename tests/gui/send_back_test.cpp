@@ -15,6 +15,8 @@ namespace {
 
 constexpr const char* kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4";
 constexpr const char* kStructureSet = "1.2.840.10008.5.1.4.1.1.481.3";
+constexpr const char* kLabelMapClass = "1.2.840.10008.5.1.4.1.1.66.7";
+constexpr const char* kReportClass = "1.2.840.10008.5.1.4.1.1.88.34";
 constexpr const char* kCapture = "1.2.840.10008.5.1.4.1.1.7";
 
 class SendBackTest : public ArchiveFixture {};
@@ -76,13 +78,61 @@ TEST_F(SendBackTest, OnlyTickedItemsAreSentAndWarningsOfTheArchiveAreShown) {
   EXPECT_TRUE(window_->messages().text().contains("it changed the patient's id"));
 }
 
+TEST_F(SendBackTest, AReportIsSentWithTheSegmentationToWhichItRefers) {
+  write_two_servers();
+  open_dicom_with_mesh();
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  EXPECT_FALSE(dialog->findChild<QCheckBox*>("send_report")->isChecked());
+  for (const char* box : {"send_contours", "send_view", "send_report"}) click(*dialog, box);
+  fake_.fault = "the archive one: time-out";
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([&] { return !dialog->task().busy(); }));
+  if (dialog->task().text().contains("without DCMTK")) GTEST_SKIP() << "no structured reports in this build";
+  ASSERT_EQ(fake_.sent.size(), 2u) << dialog->task().text().toStdString();
+  EXPECT_EQ(fake_.sent[0].sop_class, kSegmentation);
+  EXPECT_EQ(fake_.sent[1].sop_class, kReportClass);
+  EXPECT_EQ(fake_.sent[1].study, FakeArchive::kStudy);
+  EXPECT_TRUE(fake_.sent_bytes[1].find(fake_.sent[0].sop_instance) != std::string::npos);
+  // A label map of these labels is sent beside them, without the binary segmentation of its own.
+  const std::string instance = fake_.sent[0].sop_instance;
+  fake_.fault.clear();
+  QTest::keyClick(dialog->findChild<QComboBox*>("send_encoding"), Qt::Key_Down);
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([this] { return window_->findChild<SendDialog*>() == nullptr; }));
+  ASSERT_EQ(fake_.sent.size(), 3u);
+  EXPECT_EQ(fake_.sent[0].sop_instance, instance) << "sent again, not written again";
+  EXPECT_EQ(fake_.sent[1].sop_class, kReportClass);
+  EXPECT_EQ(fake_.sent[2].sop_class, kLabelMapClass);
+  EXPECT_EQ(window_->messages().text(), "Sent 3 series to one");
+}
+
+TEST_F(SendBackTest, AReportOfEqualLabelsIsRefusedInOneLine) {
+  write_two_servers();
+  open_dicom_with_mesh();
+  bench().apply(AddMesh{"second", Seed{bench().session().volume().geometry().centre_mm(), 3}, {}, 0});
+  EditMesh same{};
+  same.mesh = scene().meshes[1].id, same.label = scene().meshes[0].label;
+  bench().apply(same);
+  bench().pause();
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  click(*dialog, "send_report");
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([&] { return !dialog->task().busy(); }));
+  if (dialog->task().text().contains("without DCMTK")) GTEST_SKIP() << "no structured reports in this build";
+  EXPECT_TRUE(dialog->task().text().contains("two segmentations have the label"))
+      << dialog->task().text().toStdString();
+  EXPECT_TRUE(fake_.sent.empty());
+}
+
 TEST_F(SendBackTest, WithoutASegmentationOnlyThePictureCanBeSent) {
   write_two_servers();
   open_dicom_with_mesh();
   bench().apply(DeleteMesh{scene().meshes[0].id});
   SendDialog* dialog = send_dialog();
   ASSERT_NE(dialog, nullptr);
-  for (const char* box : {"send_labels", "send_contours"}) {
+  for (const char* box : {"send_labels", "send_contours", "send_report"}) {
     EXPECT_FALSE(dialog->findChild<QCheckBox*>(box)->isEnabled());
     EXPECT_EQ(dialog->findChild<QCheckBox*>(box)->toolTip(), "There is no segmentation yet");
   }
@@ -151,7 +201,7 @@ TEST_F(SendBackTest, SendingIsCancelledByTheButtonOrByEsc) {
   click(*dialog, "send_button");
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 1; }));
   EXPECT_EQ(cached().size(), 1u) << "files being sent";
-  click(*dialog, "archive_cancel");
+  click(*dialog, "task_cancel");
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 0 && cached().empty(); }));
   EXPECT_TRUE(dialog->task().text().startsWith("Cancelled")) << dialog->task().text().toStdString();
   click(*dialog, "send_button");

@@ -1,11 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstring>
 
+#include "io/scene/mesh_start.h"
 #include "scene_files.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {
+
+/// Start from the mask of a network: a ball in an oblique box.
+MeshStart start_by_network() {
+  auto mask = std::make_shared<NetworkMask>();
+  VolumeGeometry& box = mask->voxels.box;
+  box.size = {9, 11, 10}, box.spacing_mm = {1, 0.9, 1.1}, box.origin_mm = {0.1, 1.0 / 3, -7};
+  box.direction = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  for (int k = 0; k < 10; ++k)
+    for (int j = 0; j < 11; ++j)
+      for (int i = 0; i < 9; ++i)
+        mask->voxels.voxels.push_back(Eigen::Vector3d(i - 4, j - 5, k - 4.5).norm() < 4 ? VoxelPaint::Inside
+                                                                                        : VoxelPaint::None);
+  mask->server = "https://host:1527", mask->network = "a \"quoted\" näme", mask->licence = "CC BY 4.0";
+  mask->identity = identity_of(mask->voxels);
+  return start_of_network(std::move(mask), 1.0 / 3).start;
+}
 
 TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   const Eigen::Vector3d p(0.1, 1.0 / 3, -2.5e-310);
@@ -41,6 +58,8 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
       {2, ChooseLabelPreset{}},
       {1, SetIntensityRange{4, {-1.0 / 3, std::numeric_limits<double>::infinity()}, true}},
       {1, SetIntensityRange{4, {}}},
+      {1, SetStart{4, start_by_network()}},
+      {1, SetStart{4, {}}},
   };
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k)
@@ -124,7 +143,19 @@ TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
     const auto [a, b] = get(std::type_identity<SetIntensityRange>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.range == b.range && a.continues == b.continues);
   }
-  for (std::size_t at = 29; at < log.size(); ++at) {
+  const auto [start, start_again] = get(std::type_identity<SetStart>{}, 29);
+  EXPECT_EQ(start_again.mesh, 4u);
+  ASSERT_TRUE(start_again.start && start_again.start->network);
+  EXPECT_EQ(start_again.start->error_mm, start.start->error_mm);
+  const NetworkMask &mask = *start.start->network, &mask_again = *start_again.start->network;
+  EXPECT_TRUE(mask.server == mask_again.server && mask.network == mask_again.network &&
+              mask.licence == mask_again.licence && mask.identity == mask_again.identity);
+  EXPECT_EQ(mask.voxels.voxels, mask_again.voxels.voxels);
+  EXPECT_TRUE(mask.voxels.box.same_grid(mask_again.voxels.box));
+  EXPECT_EQ(start.start->mesh->positions, start_again.start->mesh->positions);
+  EXPECT_EQ(get(std::type_identity<SetStart>{}, 30).second.mesh, 4u);
+  EXPECT_FALSE(get(std::type_identity<SetStart>{}, 30).second.start);
+  for (std::size_t at = 31; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
                 a.continues == b.continues)

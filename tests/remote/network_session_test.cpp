@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A session that starts from a network on a stand-in server, continues without the server, and is replayed.
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -19,65 +14,25 @@
 #include "io/scene/scene_io.h"
 #include "remote/network_calls.h"
 #include "session/session_fixture.h"
-
-extern char** environ;
+#include "stand_in_process.h"
 
 namespace simplexseg {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPython = "/usr/bin/python3";
-
-/// Stand-in server in its own process (stand_in.py).
-class StandInProcess {
- public:
-  explicit StandInProcess(const std::string& protocol) {
-    int ends[2];
-    if (::pipe(ends) != 0) return;
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
-    const std::string script = std::string(SIMPLEXSEG_SOURCE_DIR) + "/tests/remote/stand_in.py";
-    std::vector<std::string> words{kPython, "-B", script, protocol};
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    if (::posix_spawn(&id_, kPython, &actions, nullptr, arguments.data(), environ) != 0) id_ = 0;
-    posix_spawn_file_actions_destroy(&actions);
-    ::close(ends[1]);
-    for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';) port_ += c;
-    ::close(ends[0]);
-  }
-  ~StandInProcess() { end(); }
-  StandInProcess(const StandInProcess&) = delete;
-  StandInProcess& operator=(const StandInProcess&) = delete;
-
-  void end() {
-    if (id_ > 0) ::kill(id_, SIGKILL), ::waitpid(id_, nullptr, 0);
-    id_ = 0;
-  }
-  NetworkServer server() const { return find_network_server({}, "http://127.0.0.1:" + port_); }
-
- private:
-  ::pid_t id_ = 0;
-  std::string port_;
-};
-
-bool has_blosc() { return std::system((std::string(kPython) + " -c 'import blosc' 2>/dev/null").c_str()) == 0; }
-
 /// Scene with one mesh in the ball of the phantom, whose field is solved.
 std::unique_ptr<Session> session_in_ball() { return open_with_field(); }
 
-SetStart start_by(const StandInProcess& process, const Session& session) {
+SetStart start_by(const test::StandInProcess& process, const Session& session) {
   const MeshItem& item = first_mesh(session);
   const NetworkRequest request{session.volume(), prompts_of(session.scene(), item, session.volume().geometry()), ""};
   return {item.id, start_of_network(segment_by_network(process.server(), request, [] {}), 2).start};
 }
 
 TEST(NetworkSession, GoesOnAndIsReplayedWithoutTheServer) {
-  if (!has_blosc()) GTEST_SKIP() << "install python3-blosc";
-  StandInProcess process("nninteractive");
+  if (!test::has_blosc()) GTEST_SKIP() << "install python3-blosc";
+  test::StandInProcess process("nninteractive");
   const std::unique_ptr<Session> live = session_in_ball();
   live->advance_steps(20);
   const SetStart start = start_by(process, *live);
@@ -109,8 +64,8 @@ TEST(NetworkSession, GoesOnAndIsReplayedWithoutTheServer) {
 }
 
 TEST(NetworkSession, ASceneKeepsTheMaskAndItsOrigin) {
-  if (!has_blosc()) GTEST_SKIP() << "install python3-blosc";
-  StandInProcess process("nninteractive");
+  if (!test::has_blosc()) GTEST_SKIP() << "install python3-blosc";
+  test::StandInProcess process("nninteractive");
   const std::unique_ptr<Session> live = session_in_ball();
   live->apply(start_by(process, *live));
   const fs::path file = fs::path(::testing::TempDir()) / "network-scene.json";
@@ -127,9 +82,9 @@ TEST(NetworkSession, ASceneKeepsTheMaskAndItsOrigin) {
 }
 
 TEST(NetworkSession, ACancelledCallEnds) {
-  if (!has_blosc()) GTEST_SKIP() << "install python3-blosc";
+  if (!test::has_blosc()) GTEST_SKIP() << "install python3-blosc";
   struct Stop {};
-  StandInProcess process("nninteractive");
+  test::StandInProcess process("nninteractive");
   const NetworkServer server = process.server();
   EXPECT_THROW(network_info(server, [] { throw Stop(); }), Stop);
 }
@@ -174,8 +129,47 @@ TEST(NetworkPromptsTest, AreVoxelsOfTheImage) {
   const NetworkPrompts prompts = prompts_of(scene, item, grid);
   EXPECT_EQ(prompts.inside, (std::vector<VoxelIndex>{{3, 4, 5}, {2, 2, 2}, {2, 6, 2}}));
   EXPECT_EQ(prompts.outside, (std::vector<VoxelIndex>{{9, 19, 29}}));
+  EXPECT_EQ(text_of(prompts), "4 points");
   item.seed.centre_mm = world(-5, 0, 0);
   EXPECT_THROW(prompts_of(scene, item, grid), Error);
+}
+
+TEST(NetworkPromptsTest, StrokesAreScribblesWithoutGaps) {
+  Scene scene;
+  VolumeGeometry grid;
+  grid.size = {10, 20, 30}, grid.spacing_mm = {2, 1, 3}, grid.origin_mm = {5, 5, 5};
+  const auto world = [&](double i, double j, double k) {
+    return Eigen::Vector3d(grid.world_from_index() * Eigen::Vector3d(i, j, k));
+  };
+  MeshItem item;
+  item.id = 1, item.seed.centre_mm = world(3, 4, 5);
+  const auto add = [&](MarkKind kind, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    UserPoint point{0, 1, from, kind};
+    if (to != from) point.path_mm = {to - from};
+    scene.points.push_back(point);
+  };
+  add(MarkKind::Inside, world(2, 2, 2), world(2, 6, 2));
+  add(MarkKind::Outside, world(5, 5, 5), world(8, 5, 20));  // across slices that are thicker than the scribble
+  add(MarkKind::Outside, world(9, 9, 9), world(9, 9, 9));
+  add(MarkKind::Inside, world(50, 1, 1), world(60, 1, 1));  // outside the image
+  const NetworkPrompts prompts = prompts_of(scene, item, grid, 2);
+  EXPECT_EQ(prompts.inside, (std::vector<VoxelIndex>{{3, 4, 5}}));
+  EXPECT_EQ(prompts.outside, (std::vector<VoxelIndex>{{9, 9, 9}}));
+  ASSERT_EQ(prompts.scribbles.size(), 2u);
+  EXPECT_EQ(text_of(prompts), "2 points and 2 scribbles");
+  std::vector<std::vector<VoxelIndex>> voxels(2);
+  for (std::size_t n = 0; n < 2; ++n)
+    prompts.scribbles[n].voxels.for_each([&](int i, int j, int k, bool) { voxels[n].push_back({i, j, k}); });
+  EXPECT_TRUE(prompts.scribbles[0].inside && !prompts.scribbles[1].inside);
+  for (int j = 2; j <= 6; ++j) EXPECT_TRUE(std::ranges::count(voxels[0], VoxelIndex{2, j, 2})) << j;
+  for (const VoxelIndex& at : voxels[0]) EXPECT_TRUE(at[0] == 2 && at[2] == 2 && at[1] >= 1 && at[1] <= 7);
+  for (int k = 5; k <= 20; ++k)
+    EXPECT_TRUE(std::ranges::any_of(voxels[1], [&](const VoxelIndex& at) { return at[2] == k; })) << k;
+  // A part of the mask that only a scribble marks belongs to the object.
+  Mask mask{grid, std::vector<std::uint8_t>(grid.voxel_count())};
+  const auto set = [&](int i, int j, int k) { mask.voxels[static_cast<std::size_t>((k * 20 + j) * 10 + i)] = 1; };
+  set(3, 4, 5), set(2, 4, 2), set(7, 5, 15);
+  EXPECT_EQ(std::ranges::count(object_at_prompts(mask, prompts).voxels, VoxelPaint::Inside), 2);
 }
 
 TEST(NetworkPromptsTest, ThePartsAtThePromptsAreKept) {

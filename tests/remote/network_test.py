@@ -3,6 +3,7 @@
 """network_test.py PROGRAM: start from a network on a stand-in server, and one line for every fault of a server."""
 from __future__ import annotations
 
+import json
 import math
 import os
 import struct
@@ -127,6 +128,38 @@ class Sessions(NetworkTest):
         self.assertEqual(self.meshes("a"), self.meshes("b"))
         self.assertGreater(self.dice(), 0.95)
         self.call("run", self.folder / "a.json", "--backend", "cpu", "--steps", 10)
+
+    def draw(self) -> Path:
+        """Template scene with a seed in the ball, an inside stroke along j in it, and an outside stroke along i."""
+        def stroke(kind: str, at: tuple[int, ...], to: tuple[int, ...]) -> dict[str, Any]:
+            start, end = world(at), world(to)
+            return {"mesh": "ball", "kind": kind, "position_mm": start, "radius_mm": 2, "path_mm": [[b - a for a, b in zip(start, end)]]}
+        scene = {"simplexseg_scene": 1, "volume": str(self.image),
+                 "meshes": [{"name": "ball", "sphere": {"centre_mm": world(CENTRE), "radius_mm": 4}}],
+                 "points": [stroke("inside", (17, 9, 9), (17, 13, 9)), stroke("outside", (3, 2, 2), (9, 2, 2))]}
+        path = self.folder / "strokes.json"
+        path.write_text(json.dumps(scene), encoding="utf-8")
+        return path
+
+    def test_strokes_are_scribbles_where_the_server_takes_them(self) -> None:
+        server = self.serve()
+        done = self.segment(server, "--steps", 0, "--scene", self.draw())
+        self.assertIn("and 1 point and 2 scribbles of 'ball'", done.stderr)
+        self.assertEqual(server.points, [([CENTRE[2], CENTRE[1], CENTRE[0]], True)])
+        self.assertEqual([inside for _, _, inside in server.scribbles], [False, True])
+        for (box, voxels, _), path in zip(server.scribbles, ([(2, 2, i) for i in range(3, 10)], [(9, j, 17) for j in range(9, 14)])):
+            sizes = [high - low for low, high in box]
+            drawn = {(box[0][0] + n // (sizes[1] * sizes[2]), box[1][0] + n // sizes[2] % sizes[1], box[2][0] + n % sizes[2])
+                     for n, voxel in enumerate(voxels) if voxel}
+            self.assertLessEqual(set(path), drawn)
+            for voxel in drawn:  # 2 voxels of the smallest spacing thick
+                self.assertLessEqual(min(math.dist(world(voxel[::-1]), world(at[::-1])) for at in path), SPACING[0] + 1e-6)
+        self.assertEqual(sum(path.endswith("/add_scribble_interaction") for path in server.paths), 2)
+        self.assertGreater(self.dice(), 0.95)
+        server = self.serve("nninteractive", "no scribbles")
+        done = self.segment(server, "--steps", 0, "--scene", self.draw())
+        self.assertIn("and 5 points of 'ball'", done.stderr)
+        self.assertEqual(server.scribbles, [])
 
     def test_monai_label(self) -> None:
         server = self.serve("monai")

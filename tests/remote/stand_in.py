@@ -86,6 +86,7 @@ class StandIn:
         self.paths: list[str] = []             # of all requests, in their order
         self.received: list[bytes] = []        # headers and bodies of all requests; images decompressed
         self.points: list[tuple[list[int], bool]] = []
+        self.scribbles: list[tuple[list[list[int]], bytes, bool]] = []  # box along k, j, i, its voxels, and whether inside
         self.leases = 0
         self.image: array.array[Any] = array.array("h")
         self.size = [0, 0, 0]                  # along k, j, i
@@ -163,6 +164,8 @@ class Handler(BaseHTTPRequestHandler):
         raise NotImplementedError
 
     def handle_request(self) -> None:
+        if self.path == "/stand-in/requests":  # for tests in another process
+            return self.respond(200, " ".join(self.owner.paths).encode(), "text/plain")
         body = self.read()
         if self.owner.fault == "slow" and self.path in ("/claim", "/info/"):
             time.sleep(4)
@@ -182,7 +185,8 @@ class NnInteractive(Handler):
             return None
         if self.path == "/capabilities":
             licence = "!!MISSING!!" if fault == "no licence" else "CC BY-NC-SA 4.0\nfor tests"
-            return self.json({"supported_interactions": {"points": fault != "no points", "bbox3d": False}, "license": licence})
+            kinds = {"points": fault != "no points", "bbox3d": False, "scribble": fault != "no scribbles"}
+            return self.json({"supported_interactions": kinds, "preferred_scribble_thickness": [2, 2, 2], "license": licence})
         if self.path == "/claim":
             if fault == "503":
                 return self.fail(503, "server is at capacity (1 sessions)")
@@ -202,6 +206,8 @@ class NnInteractive(Handler):
             return self.json({}) if json.loads(body) == wanted else self.fail(400, f"expected {wanted}")
         if self.path == "/add_point_interaction":
             return self.add_point(json.loads(body))
+        if self.path == "/add_scribble_interaction":
+            return self.add_scribble(json.loads(self.headers["X-Meta"]), body)
         return self.fail(404, "Not Found")
 
     def set_image(self, body: bytes) -> None:
@@ -210,7 +216,7 @@ class NnInteractive(Handler):
             return self.fail(413, "image too large")
         shape, _, owner.image = unpack(body)
         owner.received.append(owner.image.tobytes())
-        owner.size, owner.points = shape[1:], []
+        owner.size, owner.points, owner.scribbles = shape[1:], [], []
         if len(json.loads(self.headers["X-Meta"])["image_properties"]["spacing"]) != 3 or shape[0] != 1:
             return self.fail(400, "expected one channel and a spacing")
         return self.json({"original_image_shape": shape})
@@ -244,6 +250,15 @@ class NnInteractive(Handler):
         if fault == "no meta":
             meta = ""
         self.respond(200, body, "application/octet-stream", meta, cut=len(body) // 2 if fault == "cut" else 0)
+
+    def add_scribble(self, request: dict[str, Any], body: bytes) -> None:
+        shape, kind, voxels = unpack(body)
+        box = request["interaction_bbox"]
+        fits = all(0 <= low < high <= size for (low, high), size in zip(box, self.owner.size))
+        if not fits or shape != [high - low for low, high in box] or kind != "uint8" or not any(voxels) or request["run_prediction"]:
+            return self.fail(400, "the scribble does not fit")
+        self.owner.scribbles.append((box, voxels.tobytes(), request["include_interaction"]))
+        return self.respond(200, b"", "application/octet-stream", json.dumps({"ran_prediction": False, "bbox": None}))
 
     def region(self, whole: bytes) -> tuple[list[list[int]], bytes]:
         """Smallest region of the mask, as the server sends it, or all of an empty one."""

@@ -18,7 +18,7 @@ enum class Act {
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside, ToolBox, ToolBrush, ToolEraser, ToolFreeze, Brush3d, Lasso, SmartBrush, LocalMarks, ToolRuler, ToolAngle, ToolEllipse, ToolRange,
   RunPause, Step, CancelSolving, ResetPose, Compare,
-  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, NameMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
+  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, NameMesh, MeshUp, MeshDown, DeleteMesh, NetworkStart, MeshFromLabels, MeshFromFile, WorstFit,
   ShowMeshes, ShowFill, ShowField, ShowAxes, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ClipAxial, ClipSagittal, ClipCoronal, ClipFree, FlipAxial, FlipSagittal, FlipCoronal, FlipFree, FaceFreePlane, ImageOnCaps, VolumeShaded, VolumeMaximum,
   AddLayer, AddLayerFolder, RegisterLayer, FilterLayer, FilterVolume, LoadTransform, SaveTransform, RemoveLayer, LayerContrast, LayerBlend, LayerCheckerboard, LayerSwipe, ShowLayers,

@@ -29,6 +29,7 @@
 #include "gui/workbench/name_line.h"
 #include "gui/workbench/naming.h"
 #include "gui/workbench/workbench.h"
+#include "io/platform/files.h"
 #include "model/organ_model.h"
 
 namespace simplexseg {
@@ -138,11 +139,12 @@ void MeshCard::build_lower_row() {
   row->addWidget(volume_);
   row->addWidget(state_, 1);
   static_cast<QVBoxLayout*>(layout())->addLayout(row);
-  model_ = new QLabel(this);
-  model_->setObjectName("card_model");
-  set_role(model_, "dim");
-  model_->hide();
-  layout()->addWidget(model_);
+  prior_ = new QLabel(this);
+  prior_->setObjectName("card_prior");
+  prior_->setTextFormat(Qt::PlainText);
+  set_role(prior_, "dim");
+  prior_->hide();
+  layout()->addWidget(prior_);
   images_ = new QLabel(this);
   images_->setObjectName("card_images");
   set_role(images_, "dim");
@@ -180,7 +182,7 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
   locked_->setIcon(icon_of(item.locked ? Symbol::Locked : Symbol::Unlocked));
   label_->setValue(item.label);
   opacity_->setValue(static_cast<int>(std::lround(item.opacity * 100)));
-  show_model(item);
+  show_prior(item);
   images_->setVisible(!item.images.is_default());
   if (!item.images.is_default()) {
     const auto name_of = [&](ItemId image) {
@@ -203,24 +205,35 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
   }
 }
 
-void MeshCard::show_model(const MeshItem& item) {
-  model_->setVisible(item.model != nullptr);
-  if (!item.model) return;
-  const OrganModel& organ = *item.model->organ;
-  const QString file = QFileInfo(text(std::filesystem::path(item.model->path))).fileName();
-  const QString name = organ.name.empty() ? file : text(organ.name);
-  const bool solved = item.field && item.field->model == item.model->identity() && !item.field->is_preliminary();
+void MeshCard::show_prior(const MeshItem& item) {
+  const NetworkMask* const network = item.start ? item.start->network.get() : nullptr;
+  prior_->setVisible(network || item.model);
+  if (prior_->isHidden()) return;
+  QString prior;
+  if (network) {
+    prior = tr("Network: %1").arg(text(one_line(network->network, 40)));
+    const QString tip =
+        tr("Start and prior from a mask of %1. Licence of the weights: %2. Trust: share of its shape in "
+           "the segmentation, which image and marks correct.")
+            .arg(text(network->server), network->licence.empty() ? tr("not stated") : text(network->licence));
+    prior_->setToolTip("<p>" + tip.toHtmlEscaped() + "</p>");  // texts of a server are no markup
+  } else {
+    const OrganModel& organ = *item.model->organ;
+    const QString file = QFileInfo(text(std::filesystem::path(item.model->path))).fileName();
+    prior = tr("Model: %1").arg(organ.name.empty() ? file : text(organ.name));
+    prior_->setToolTip(
+        tr("%1: %2, error on unseen cases %3.\nTrust: share of its shape in the segmentation. A model has no "
+           "effect where it does not fit the image.")
+            .arg(file, counted_text(static_cast<std::int64_t>(organ.cases.size()), "case"),
+                 text(length_text(organ.surface_error_mm))));
+  }
+  const bool solved = item.field && item.field->model == item.prior_identity() && !item.field->is_preliminary();
   if (!solved)
-    model_->setText(tr("Model: %1").arg(name));
+    prior_->setText(prior);
   else if (item.field->model_trust > 0)
-    model_->setText(tr("Model: %1, trust %2%").arg(name).arg(std::lround(100 * item.field->model_trust)));
+    prior_->setText(tr("%1, trust %2%").arg(prior, QString::number(std::lround(100 * item.field->model_trust))));
   else
-    model_->setText(tr("Model: %1, no effect here").arg(name));
-  model_->setToolTip(
-      tr("%1: %2, error on unseen cases %3.\nTrust: share of its shape in the segmentation. A model has no "
-         "effect where it does not fit the image.")
-          .arg(file, counted_text(static_cast<std::int64_t>(organ.cases.size()), "case"),
-               text(length_text(organ.surface_error_mm))));
+    prior_->setText(tr("%1, no effect here").arg(prior));
 }
 
 void MeshCard::show_state(const QString& state, bool is_warning, const QString& advice) {

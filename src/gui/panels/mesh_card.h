@@ -29,7 +29,7 @@ class MeshCard : public QFrame {
   /// Shows the button Cancel while the field of the mesh is solved, and the button Solve while marks are pending.
   void show_update(bool solving, bool pending);
   /// Shows the name of the model of the mesh and its trust, the share of the model in the field.
-  void show_model(const MeshItem& item);
+  void show_prior(const MeshItem& item);
   /// Shows the volume; none: it is unknown, because the mesh moves.
   void show_volume(std::optional<double> mm3);
   ItemId mesh() const { return mesh_; }
@@ -66,7 +66,7 @@ class MeshCard : public QFrame {
   QSlider* opacity_;
   QLabel* volume_;
   QLabel* state_;
-  QLabel* model_;       ///< hidden without a model
+  QLabel* prior_;       ///< model or network; hidden without
   QLabel* images_;      ///< hidden unless images are chosen
   ModeSliders* modes_;  ///< hidden unless the mesh is active and has a model
 };

@@ -131,7 +131,7 @@ void MeshPanel::refresh_states() {
   for (std::size_t m = 0; m < meshes.size() && m < cards_.size(); ++m) {
     const RunState state = mesh_state(workbench_, loop_, m);
     cards_[m]->show_state(text_of(state, workbench_.solving_percent()), is_warning(state), advice_of(workbench_, m));
-    cards_[m]->show_model(meshes[m]);
+    cards_[m]->show_prior(meshes[m]);
     cards_[m]->show_update(workbench_.session().solving_mesh() == meshes[m].id, state == RunState::Pending);
     const bool known = !moves || meshes[m].locked;
     if (!meshes[m].mesh.positions.empty())

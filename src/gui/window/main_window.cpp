@@ -44,6 +44,7 @@
 #include "gui/window/message_bar.h"
 #include "gui/window/model_menu.h"
 #include "gui/window/name_popup.h"
+#include "gui/window/network_actions.h"
 #include "gui/window/side_panels.h"
 #include "gui/window/space_menus.h"
 #include "gui/window/start_page.h"
@@ -117,6 +118,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   filters_ = new FilterActions(*workbench_, *job_, *actions_, *this);
   follow_ = new FollowActions(
       *workbench_, *job_, *files_, *actions_, [this] { return std::make_unique<Session>(make_engine_()); }, *this);
+  new NetworkActions(*workbench_, *actions_, *this);
   build_views();
   archive_ = new ArchiveActions(
       *workbench_, *job_, *files_, *actions_, [this] { return picture_of_views(); }, *this);
@@ -221,6 +223,7 @@ void MainWindow::build_menus() {
   segmentation->insertMenu(segmentation->actions().at(1), new LabelPresetMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new VoxelMenu(*workbench_, segmentation));
   segmentation->insertMenu(actions[Act::MeshFromLabels], new ModelMenu(*workbench_, segmentation));
+  segmentation->insertAction(actions[Act::MeshFromLabels], actions[Act::NetworkStart]);
   segmentation->insertMenu(actions[Act::MeshFromLabels], new ImageMenu(*workbench_, segmentation));
   layers_->fill(*menuBar()->addMenu(tr("&Layers")));
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::CancelSolving, Act::ResetPose}, {Act::Compare}});

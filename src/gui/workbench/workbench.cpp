@@ -224,7 +224,8 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (id != 0 && std::holds_alternative<AddLayer>(command)) view.active_layer = id;
   forget_missing_items();
   failed_ = false;
-  const bool places = adds_point || std::holds_alternative<AddMesh>(command) ||
+  const auto* const start = std::get_if<SetStart>(&command);
+  const bool places = adds_point || (start && start->start) || std::holds_alternative<AddMesh>(command) ||
                       std::holds_alternative<SetIntensityRange>(command) ||
                       (std::holds_alternative<FilterVolume>(command) && !scene().meshes.empty());
   // Pause after undo and redo, to show their effect; the next point or mesh starts the simulation again.

@@ -10,10 +10,11 @@ class QComboBox;
 class QFormLayout;
 class QLabel;
 class QLineEdit;
-class QPushButton;
 class QSpinBox;
 
 namespace simplexseg {
+
+class ConnectionFields;
 
 /// Dialog for the connection settings of an archive. Stores only the name of the environment variable, or the path of
 /// the file, that contains the credentials.
@@ -28,18 +29,15 @@ class ArchiveServerDialog : public QDialog {
 
  private:
   void refresh();
-  /// Throws Error if credentials are selected but no variable or file is entered, or if the text entered for the
-  /// variable contains characters that are invalid in a name.
-  void require_named_credentials() const;
+  void fit_height();
   void try_to_save();
 
   std::function<void(const ArchiveServer&)> save_;
   QFormLayout* form_;
-  std::vector<QWidget*> web_rows_, dimse_rows_;  ///< rows shown for one protocol only
-  QWidget* where_;                               ///< row of credentials_
-  QPushButton* choose_;                          ///< opens a file dialog for credentials_
-  QLineEdit *name_, *url_, *ca_file_, *credentials_, *host_, *called_, *calling_;
-  QComboBox *protocol_, *kind_;
+  std::vector<QWidget*> dimse_rows_;  ///< rows shown for DIMSE only
+  ConnectionFields* connection_;      ///< rows shown for DICOMweb only
+  QLineEdit *name_, *url_, *host_, *called_, *calling_;
+  QComboBox* protocol_;
   QSpinBox *port_, *timeout_;
   QLabel* refusal_;
 };

@@ -15,6 +15,7 @@
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "io/scene/measurement_export.h"
 #include "io/scene/scene_export.h"
 
 namespace simplexseg {
@@ -23,7 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPictureHeight = 220;  // largest height of the shown picture, logical pixels
-constexpr const char *kLabels = "labels.dcm", *kContours = "contours.rtstruct.dcm", *kView = "view.dcm";
+constexpr const char *kContours = "contours.rtstruct.dcm", *kLabelMap = "labels.labelmap.dcm", *kView = "view.dcm";
+// The report refers to the segments of this segmentation: save_measurements() writes both.
+constexpr const char *kReport = "labels.sr.dcm", *kLabels = "labels.seg.dcm";
 
 /// Index of the server from which the image was fetched; 0 if it was not fetched from any of them.
 int server_of(const fs::path& image, const std::vector<ArchiveServer>& servers) {
@@ -53,7 +56,8 @@ Picture picture_of(const QImage& image) {
 /// failure replaces the earlier copy in the archive.
 struct SendDialog::OutgoingFiles {
   Scene scene;
-  VolumeGeometry geometry;
+  Volume volume;
+  std::string unit;  ///< of the intensities
   Picture view;
   // The folder is readable by this user only, and is removed later even if the program is killed.
   ArchiveCache cache;
@@ -62,6 +66,10 @@ struct SendDialog::OutgoingFiles {
 
   ArchiveSent send(const std::vector<std::string>& names, Archive& archive, const ArchiveProgress& progress) {
     std::vector<fs::path> files;
+    if (std::ranges::find(names, kReport) != names.end() && !notes.contains(kReport)) {
+      notes[kLabels] = save_measurements(place.folder() / kReport, scene, volume, unit);
+      notes[kReport] = "";
+    }
     for (const std::string& name : names) {
       files.push_back(place.folder() / name);
       if (notes.contains(name)) continue;
@@ -69,7 +77,7 @@ struct SendDialog::OutgoingFiles {
       if (name == kView)
         save_view(files.back(), view, scene);
       else
-        note = save_labels(files.back(), scene, geometry);
+        note = save_labels(files.back(), scene, volume.geometry());
       notes[name] = note;
     }
     ArchiveSent sent = archive.send(files, progress);
@@ -104,21 +112,7 @@ SendDialog::SendDialog(Workbench& workbench, const QImage& picture, std::vector<
   row->addWidget(label);
   row->addWidget(server_, 1);
   column->addLayout(row);
-  const bool meshes = !workbench_.scene().meshes.empty();
-  const auto add = [&](const QString& title, const char* name, const QString& tip) {
-    auto* box = new QCheckBox(title, this);
-    box->setObjectName(name);
-    box->setToolTip(tip);
-    box->setChecked(meshes);
-    column->addWidget(box);
-    return box;
-  };
-  labels_ = add(tr("&Labels, as a segmentation (SEG)"), "send_labels", tr("Voxels inside each segmentation"));
-  contours_ = add(tr("C&ontours, as a structure set (RTSTRUCT)"), "send_contours",
-                  tr("Contours of each segmentation in the slices; more precise than labels"));
-  view_ = add(tr("&Picture of the views (secondary capture)"), "send_view",
-              tr("Picture shown below; %1 in the main window hides the patient's name").arg(key_hint(Act::Names)));
-  for (QCheckBox* box : {labels_, contours_}) set_enabled(box, meshes, tr("There is no segmentation yet"));
+  build_items(*column);
   auto* shown = new QLabel(this);
   shown->setAccessibleName(tr("Picture of the views"));
   shown->setPixmap(QPixmap::fromImage(picture_.scaled(theme::scaled(kPictureHeight * 2), theme::scaled(kPictureHeight),
@@ -133,11 +127,45 @@ SendDialog::SendDialog(Workbench& workbench, const QImage& picture, std::vector<
   column->addWidget(buttons);
   connect(buttons, &QDialogButtonBox::rejected, this, &SendDialog::reject);
   connect(send_, &QPushButton::clicked, this, &SendDialog::send);
-  for (QCheckBox* box : {labels_, contours_, view_}) connect(box, &QCheckBox::toggled, this, &SendDialog::refresh);
+  for (QCheckBox* box : {labels_, contours_, report_, view_})
+    connect(box, &QCheckBox::toggled, this, &SendDialog::refresh);
   connect(task_, &ArchiveTask::changed, this, &SendDialog::refresh);
   connect(task_, &ArchiveTask::cancelled, this, [this] { outgoing_.reset(); });  // the old thread still uses it
   resize(std::min(theme::scaled(560), parent->width() - 24), sizeHint().height());
   refresh();
+}
+
+void SendDialog::build_items(QVBoxLayout& column) {
+  const bool meshes = !workbench_.scene().meshes.empty();
+  const auto add = [&](const QString& title, const char* name, const QString& tip) {
+    auto* box = new QCheckBox(title, this);
+    box->setObjectName(name);
+    box->setToolTip(tip);
+    box->setChecked(meshes);
+    column.addWidget(box);
+    return box;
+  };
+  labels_ = add(tr("&Labels, as a segmentation (SEG)"), "send_labels", tr("Voxels inside each segmentation"));
+  encoding_ = new QComboBox(this);
+  encoding_->setObjectName("send_encoding");
+  encoding_->addItem(tr("binary: a bit plane for each segmentation"), kLabels);
+  encoding_->addItem(tr("label map: one image of label values"), kLabelMap);
+  encoding_->setAccessibleName(tr("Encoding of the labels"));
+  encoding_->setToolTip(tr("Most programs read binary segmentations; few read label maps yet"));
+  auto* row = new QHBoxLayout;
+  row->addSpacing(theme::scaled(24));
+  row->addWidget(encoding_);
+  row->addStretch(1);
+  column.addLayout(row);
+  contours_ = add(tr("C&ontours, as a structure set (RTSTRUCT)"), "send_contours",
+                  tr("Contours of each segmentation in the slices; more precise than labels"));
+  report_ = add(tr("&Measurements, as a structured report (SR) with its binary segmentation"), "send_report",
+                tr("Volume, axes and intensities of each segmentation. The report refers to the binary segmentation, "
+                   "which is sent with it"));
+  report_->setChecked(false);
+  view_ = add(tr("&Picture of the views (secondary capture)"), "send_view",
+              tr("Picture shown below; %1 in the main window hides the patient's name").arg(key_hint(Act::Names)));
+  for (QCheckBox* box : {labels_, contours_, report_}) set_enabled(box, meshes, tr("There is no segmentation yet"));
 }
 
 SendDialog::~SendDialog() = default;
@@ -150,11 +178,23 @@ void SendDialog::reject() {
 }
 
 void SendDialog::refresh() {
-  const bool anything = labels_->isChecked() || contours_->isChecked() || view_->isChecked();
+  set_enabled(encoding_, labels_->isChecked(), tr("No labels are selected"));
   const QString why = task_->busy()      ? tr("Wait for the running operation, or cancel it")
                       : servers_.empty() ? tr("Add an archive first: File > Archive")
                                          : tr("Select an item to send");
-  set_enabled(send_, anything && !servers_.empty() && !task_->busy(), why);
+  set_enabled(send_, !chosen().empty() && !servers_.empty() && !task_->busy(), why);
+}
+
+std::vector<std::string> SendDialog::chosen() const {
+  std::vector<std::string> names;
+  if (report_->isChecked()) names = {kLabels, kReport};
+  if (labels_->isChecked()) {
+    const std::string labels = encoding_->currentData().toString().toStdString();
+    if (std::ranges::find(names, labels) == names.end()) names.push_back(labels);
+  }
+  if (contours_->isChecked()) names.emplace_back(kContours);
+  if (view_->isChecked()) names.emplace_back(kView);
+  return names;
 }
 
 void SendDialog::send() {
@@ -167,17 +207,14 @@ void SendDialog::send() {
       return;
     }
     outgoing_->scene = workbench_.session().scene();
-    outgoing_->geometry = workbench_.session().volume().geometry();
+    outgoing_->volume = workbench_.session().volume();
+    outgoing_->unit = workbench_.intensity_unit();
     outgoing_->view = picture_of(picture_);
   }
-  std::vector<std::string> names;
-  for (const auto& [box, name] :
-       {std::pair(labels_, kLabels), std::pair(contours_, kContours), std::pair(view_, kView)})
-    if (box->isChecked()) names.emplace_back(name);
   auto sent = std::make_shared<ArchiveSent>();
   task_->start(
       tr("Sending"), server,
-      [=, outgoing = outgoing_](Archive& archive, const ArchiveProgress& progress) {
+      [=, names = chosen(), outgoing = outgoing_](Archive& archive, const ArchiveProgress& progress) {
         *sent = outgoing->send(names, archive, progress);
       },
       [=, this] {

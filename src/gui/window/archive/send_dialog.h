@@ -2,6 +2,7 @@
 #pragma once
 #include <QDialog>
 #include <QImage>
+#include <string>
 #include <vector>
 
 #include "gui/window/archive/archive_task.h"
@@ -10,10 +11,11 @@ class QCheckBox;
 class QComboBox;
 class QLabel;
 class QPushButton;
+class QVBoxLayout;
 
 namespace simplexseg {
 
-/// Sends labels, contours and a picture to an archive, as new series in the study of the DICOM image.
+/// Sends labels, contours, a report and a picture to an archive, as new series in the study of the DICOM image.
 class SendDialog : public QDialog {
   Q_OBJECT
  public:
@@ -29,15 +31,18 @@ class SendDialog : public QDialog {
 
  private:
   struct OutgoingFiles;
+  void build_items(QVBoxLayout& column);
   void refresh();
   void send();
+  /// Names of the files that are chosen.
+  std::vector<std::string> chosen() const;
 
   Workbench& workbench_;
   QImage picture_;
   std::vector<ArchiveServer> servers_;
   std::shared_ptr<OutgoingFiles> outgoing_;  ///< null before the first transfer and after a cancellation
-  QComboBox* server_;
-  QCheckBox *labels_, *contours_, *view_;
+  QComboBox *server_, *encoding_;
+  QCheckBox *labels_, *contours_, *report_, *view_;
   ArchiveTask* task_;
   QPushButton* send_;
 };
