@@ -11,6 +11,7 @@
 #include "io/source/volume_source.h"
 #include "io/volume/volume_io.h"
 #include "remote/network_connection.h"
+#include "remote/network_responses.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -43,10 +44,7 @@ class ImageSession {
       : server_(server) {
     const std::string body = form_part("files", "image.nii.gz", image) + kFormEnd;
     const HttpResponse response = connection.send({"PUT", "/session/", kJson, {}, kFormType, body});
-    const Json json = Json::parse(response.body, nullptr, false);
-    if (!json.is_object() || !json.contains("session_id") || !json["session_id"].is_string())
-      throw remote_fault(connection.server(), "its response has no session", "check its version");
-    id_ = json["session_id"].get<std::string>();
+    id_ = session_of(connection.server(), response.body);
   }
   ~ImageSession() {
     try {
@@ -85,24 +83,7 @@ Mask mask_at_seed(const Volume& labels, const VolumeGeometry& grid, const VoxelI
 std::optional<NetworkInfo> monai_label_info(const NetworkConnection& connection) {
   const HttpResponse response = connection.probe({"GET", "/info/", kJson, {}, "", ""});
   if (response.status == 401 || response.status == 403) connection.send({"GET", "/info/", kJson, {}, "", ""});
-  const Json json = Json::parse(response.body, nullptr, false);
-  if (response.status != 200 || !json.is_object() || !json.contains("models") || !json["models"].is_object())
-    return std::nullopt;
-  NetworkInfo info;
-  info.protocol = NetworkInfo::Protocol::MonaiLabel;
-  std::vector<std::string> others;
-  for (const auto& [name, model] : json["models"].items()) {
-    const std::string type = model.is_object() && model.contains("type") && model["type"].is_string()
-                                 ? model["type"].get<std::string>()
-                                 : "";
-    const bool uses_points = type == "deepgrow" || type == "deepedit" || type.starts_with("vista");
-    (uses_points ? info.networks : others).push_back(stated(name));
-  }
-  info.networks.insert(info.networks.end(), others.begin(), others.end());
-  info.inputs = {"points"};
-  if (const auto licence = json.find("license"); licence != json.end() && licence->is_string())
-    info.licence = stated(licence->get<std::string>());
-  return info;
+  return response.status == 200 ? info_of_models(response.body) : std::nullopt;
 }
 
 Mask monai_label_mask(const NetworkServer& server, const NetworkConnection& connection, const NetworkRequest& request) {

@@ -2,23 +2,16 @@
 #include "remote/network_calls.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "io/platform/files.h"
 #include "remote/network_connection.h"
+#include "remote/network_responses.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr int kMaxClaims = 3;  // leases for one mask
-
-/// Text "detail" of the body of an error; "" without one.
-std::string detail_of(const std::string& body) {
-  const nlohmann::json json = nlohmann::json::parse(body, nullptr, false);
-  if (!json.is_object() || !json.contains("detail") || !json["detail"].is_string()) return "";
-  return stated(json["detail"].get<std::string>());
-}
 
 std::shared_ptr<const NetworkMask> mask_by(const NetworkServer& server, const NetworkConnection& connection,
                                            const NetworkInfo& info, const NetworkRequest& request) {
@@ -34,8 +27,6 @@ std::shared_ptr<const NetworkMask> mask_by(const NetworkServer& server, const Ne
 }
 
 }  // namespace
-
-std::string stated(const std::string& text) { return one_line(text, 200); }
 
 HttpResponse NetworkConnection::send(const HttpRequest& request, const NetworkWaiting& waiting) const {
   HttpResponse response = http_.send(request, waiting);

@@ -32,9 +32,6 @@ class NetworkConnection {
   const NetworkWaiting& waiting_;
 };
 
-/// One line of at most 200 bytes of a text that a server sent.
-std::string stated(const std::string& text);
-
 /// Statements of a server of nnInteractive about itself; nullopt if it is none.
 std::optional<NetworkInfo> nninteractive_info(const NetworkConnection& connection);
 /// Statements of a server of MONAI Label about itself; nullopt if it is none.

@@ -7,6 +7,9 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "fuzz/archive_targets.h"
+#include "fuzz/remote_targets.h"
+#include "fuzz/serve_targets.h"
 #include "fuzz/targets.h"
 
 namespace {
@@ -14,12 +17,23 @@ namespace {
 namespace fs = std::filesystem;
 using simplexseg::test::FuzzTarget;
 
-const FuzzTarget& target_named(const char* name) {
-  for (const FuzzTarget& target : simplexseg::test::fuzz_targets) {
+std::vector<FuzzTarget> all_targets() {
+  std::vector<FuzzTarget> all;
+  const auto add = [&](const auto& targets) { all.insert(all.end(), std::begin(targets), std::end(targets)); };
+  add(simplexseg::test::fuzz_targets);
+  add(simplexseg::test::remote_fuzz_targets);
+  add(simplexseg::test::archive_fuzz_targets);
+  add(simplexseg::test::serve_fuzz_targets);
+  return all;
+}
+
+FuzzTarget target_named(const char* name) {
+  const std::vector<FuzzTarget> all = all_targets();
+  for (const FuzzTarget& target : all) {
     if (name && std::string(name) == target.name) return target;
   }
   std::fprintf(stderr, "fuzz: SIMPLEXSEG_FUZZ_TARGET must be one of");
-  for (const FuzzTarget& target : simplexseg::test::fuzz_targets) std::fprintf(stderr, " %s", target.name);
+  for (const FuzzTarget& target : all) std::fprintf(stderr, " %s", target.name);
   std::fprintf(stderr, "\n");
   std::exit(2);
 }
@@ -40,7 +54,7 @@ struct Folder {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const FuzzTarget& target = target_named(std::getenv("SIMPLEXSEG_FUZZ_TARGET"));
+  static const FuzzTarget target = target_named(std::getenv("SIMPLEXSEG_FUZZ_TARGET"));
   static const Folder folder;
   const fs::path path = folder.path / target.file;
   std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));

@@ -1,22 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz targets: all readers of external files. Used by the fuzzer (fuzz.cpp) and by the test that repeats its seeds and
-// findings (tests/io/fuzz_seeds_test.cpp).
+// Fuzz targets: readers of files (tests/io/fuzz_seeds_test.cpp).
 #pragma once
 #include <zlib.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/error.h"
+#include "fuzz/target.h"
 #include "image/volume.h"
 #include "io/mesh/mesh_io.h"
+#include "io/model/case_table.h"
+#include "io/model/model_file.h"
+#include "io/platform/cbor.h"
 #include "io/platform/files.h"
 #include "io/scene/history_io.h"
+#include "io/scene/label_preset.h"
 #include "io/scene/log_io.h"
 #include "io/scene/pose_state.h"
 #include "io/scene/scene_io.h"
+#include "io/transform/landmarks.h"
+#include "io/transform/transform_io.h"
 #include "io/volume/volume_io.h"
 #include "mesh/simplex_mesh.h"
 #include "session/scene.h"
@@ -24,12 +31,6 @@
 #include "step/simulation_parameters.h"
 
 namespace simplexseg::test {
-
-struct FuzzTarget {
-  const char* name;                                 ///< name of the target and of the folder with its seeds
-  const char* file;                                 ///< file that receives the bytes; its extension selects the reader
-  void (*read)(const std::filesystem::path& path);  ///< reads the file; may throw only Error
-};
 
 inline void fuzz_volume(const std::filesystem::path& path) {
   const LoadedVolume loaded = load_volume(path);
@@ -40,7 +41,7 @@ inline void fuzz_mesh(const std::filesystem::path& path) { validate(read_mesh(pa
 inline void fuzz_state(const std::filesystem::path& path) {
   MeshItem item;
   item.mesh = make_sphere({0, 0, 0}, 10, 0);
-  restore_pose_state("state", read_bytes(path), item);
+  restore_pose_state("state", small_file(path), item);
 }
 
 /// Current scene of the seed of a history.
@@ -57,7 +58,7 @@ inline Scene fuzz_present() {
 /// Reads a history and performs all its undo and redo steps. The checksum is corrected first, because random data would
 /// never pass it.
 inline void fuzz_history(const std::filesystem::path& path) {
-  std::string bytes = read_bytes(path);
+  std::string bytes = small_file(path);
   if (bytes.size() > 4) {
     const std::size_t end = bytes.size() - 4;
     const auto crc = crc32_z(crc32_z(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), end - 1);
@@ -70,6 +71,25 @@ inline void fuzz_history(const std::filesystem::path& path) {
   }
   while (history.redo(scene)) {
   }
+}
+
+/// Reads a model of organs. Its checksum is corrected first, as that of a history.
+inline void fuzz_model(const std::filesystem::path& path) {
+  std::string bytes = small_file(path);
+  try {
+    expect_plain_cbor(bytes);
+    nlohmann::json file = nlohmann::json::from_cbor(bytes);
+    const auto& contents = file.at("contents").get_binary();
+    const uLong checksum = crc32_z(0, contents.data(), contents.size());
+    char text[64];
+    std::snprintf(text, sizeof text, "crc32-%08lx-%zu", checksum, contents.size());
+    file["checksum"] = text;
+    bytes.clear();
+    nlohmann::json::to_cbor(file, bytes);
+  } catch (const std::exception&) {  // not the outer structure of a model: read as it is
+  }
+  const ModelFile model = model_from_bytes(bytes, "model");
+  model_bytes(model);
 }
 
 inline const FuzzTarget fuzz_targets[] = {
@@ -88,19 +108,13 @@ inline const FuzzTarget fuzz_targets[] = {
     {"gipl", "fuzzed.gipl", fuzz_volume},
     {"minc", "fuzzed.mnc", fuzz_volume},
     {"dicom", "fuzzed.dcm", fuzz_volume},
+    {"model", "fuzzed.model", fuzz_model},
+    {"tfm", "fuzzed.tfm", [](const std::filesystem::path& path) { read_transform(path); }},
+    {"matlab", "fuzzed.mat", [](const std::filesystem::path& path) { read_transform(path); }},
+    {"field", "fuzzed.nii", [](const std::filesystem::path& path) { read_transform(path); }},
+    {"landmarks", "fuzzed.csv", [](const std::filesystem::path& path) { read_landmarks(path); }},
+    {"cases", "fuzzed.csv", [](const std::filesystem::path& path) { read_case_table(path); }},
+    {"labels", "fuzzed.json", [](const std::filesystem::path& path) { read_label_preset(path); }},
 };
-
-/// Fault of the target for this file: an exception other than Error, or a message that is not one line; empty: none.
-inline std::string fault_of(const FuzzTarget& target, const std::filesystem::path& path) {
-  try {
-    target.read(path);
-  } catch (const Error& error) {
-    const std::string text = error.what();
-    if (text.size() < 20 || text.find_first_of("\n\r\t") != std::string::npos) return "no line: " + text;
-  } catch (const std::exception& exception) {
-    return std::string("another exception than Error: ") + exception.what();
-  }
-  return {};
-}
 
 }  // namespace simplexseg::test

@@ -155,6 +155,68 @@ TEST(BloscChunk, UnknownEncodingsAreOneLine) {
   EXPECT_NE(fault(later).find("version 9 of Blosc"), std::string::npos);
 }
 
+/// Chunk of version 1 with a header of 16 bytes.
+std::string plain_chunk(unsigned flags, int element, int size, int block, const std::string& rest) {
+  std::string chunk(16, '\0');
+  chunk[0] = 2, chunk[1] = 1, chunk[2] = static_cast<char>(flags), chunk[3] = static_cast<char>(element);
+  set_little_endian(chunk, 4, size), set_little_endian(chunk, 8, block);
+  set_little_endian(chunk, 12, static_cast<int>(16 + rest.size()));
+  return chunk + rest;
+}
+
+TEST(BloscChunk, EachDamageIsNamed) {
+  const auto expect_fault = [](const std::string& chunk, const std::string& part) {
+    const std::string text = fault_text([&] { read_chunk(chunk, 6); });
+    EXPECT_NE(text.find(part), std::string::npos) << text << " instead of " << part;
+  };
+  const std::string whole = plain_chunk(0x90, 1, 6, 6, number_text(20) + number_text(6) + "abcdef");
+  ASSERT_EQ(read_chunk(whole, 6), "abcdef");
+  expect_fault("", "its header is incomplete");
+  expect_fault(whole.substr(0, 15), "its header is incomplete");
+  expect_fault(plain_chunk(0x95, 1, 6, 6, std::string(15, '\0')), "its header is incomplete");
+  for (const auto& [at, name] :
+       {std::pair{4, "its size"}, {8, "the size of its blocks"}, {12, "its compressed size"}}) {
+    std::string negative = whole;
+    set_little_endian(negative, static_cast<std::size_t>(at), -1);
+    expect_fault(negative, std::string(name) + " is negative");
+  }
+  expect_fault(whole + "x", "its length is not that of its header");
+  expect_fault(plain_chunk(0x90, 0, 6, 6, "abcdef"), "its elements have no bytes");
+  expect_fault(plain_chunk(0x90, 1, 6, 0, "abcdef"), "its blocks have no valid size");
+  expect_fault(plain_chunk(0x90, 1, 6, 7, "abcdef"), "its blocks have no valid size");
+  expect_fault(plain_chunk(0x98, 1, 6, 6, "abcdef"), "its delta filter is not supported");
+  // Bytes as they are.
+  ASSERT_EQ(read_chunk(plain_chunk(0x02, 1, 6, 6, "abcdef"), 6), "abcdef");
+  expect_fault(plain_chunk(0x02, 1, 6, 6, "abcde"), "its length is not that of its header");
+  expect_fault(plain_chunk(0x02, 1, 6, 6, "abcdefg"), "its length is not that of its header");
+  // Filters and special chunks of version 2.
+  const std::string block = number_text(36) + number_text(6) + "abcdef";
+  expect_fault(extended_chunk(6, 6, 2, 0x90, {1, 1}, 0, block), "its filter 1 is not supported");
+  std::string with_meta = extended_chunk(6, 6, 2, 0x90, {1}, 0, block);
+  with_meta[24] = 1;
+  expect_fault(with_meta, "its filter 1 is not supported");
+  ASSERT_EQ(read_chunk(extended_chunk(6, 6, 2, 0x90, {4, 0}, 0, block), 6), "abcdef");  // rounded values
+  expect_fault(extended_chunk(6, 6, 2, 0x80, {}, 0x30, "a"), "it has no value");
+  expect_fault(extended_chunk(6, 6, 4, 0x80, {}, 0x30, "abcd"), "it has no value");
+  // Blocks and their streams.
+  const auto expect_block = [&](const std::string& rest, const std::string& part) {
+    expect_fault(plain_chunk(0x90, 1, 6, 6, rest), part);
+  };
+  expect_block("abc", "the list of its blocks is incomplete");
+  expect_block(number_text(-1) + "abcdef", "the place of a block is negative");
+  expect_block(number_text(19) + number_text(6) + "abcdef", "a block lies outside");
+  expect_block(number_text(30) + number_text(6) + "abcdef", "a block lies outside");
+  expect_block(number_text(20) + "abc", "a block is incomplete");
+  expect_block(number_text(20) + number_text(7) + "abcdef", "a block is incomplete");
+  expect_block(number_text(20) + number_text(-1), "an unknown encoding");
+  expect_block(number_text(20) + number_text(-1) + "\2", "an unknown encoding");
+  expect_block(number_text(20) + number_text(-256) + "\1", "an unknown encoding");
+  ASSERT_EQ(read_chunk(plain_chunk(0x90, 1, 6, 6, number_text(20) + number_text(-255) + "\1"), 6),
+            std::string(6, '\xff'));
+  expect_fault(plain_chunk(0x80, 4, 6, 6, number_text(20) + number_text(1) + "abcdef"), "its blocks cannot be split");
+  expect_fault(plain_chunk(0x80, 7, 6, 6, number_text(20) + number_text(1) + "abcdef"), "its blocks cannot be split");
+}
+
 TEST(BloscChunk, DamagedChunksThrowOrAreRead) {
   std::mt19937 random(11);
   std::vector<std::string> chunks;
@@ -220,6 +282,8 @@ TEST(ArrayMessage, ClaimedSizesAreLimitedBeforeMemoryIsAllocated) {
   EXPECT_NE(fault(changed).find("version 2"), std::string::npos);
   changed = message, changed[5] = 3;
   EXPECT_NE(fault(changed).find("codec 3"), std::string::npos);
+  changed = message, changed[6] = 9;
+  EXPECT_NE(fault(changed).find("it has 9 axes"), std::string::npos);
   changed = message, changed[8] = 'v';
   EXPECT_NE(fault(changed).find("'vint8'"), std::string::npos);
 }

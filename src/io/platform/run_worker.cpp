@@ -18,6 +18,11 @@
 #include "core/error.h"
 #include "io/platform/worker_limits.h"
 
+#ifdef SIMPLEXSEG_COVERAGE  // of libgcov: this process never ends by exit(), which writes the counters
+extern "C" void __gcov_dump();
+extern "C" void __gcov_reset();
+#endif
+
 namespace simplexseg {
 
 namespace fs = std::filesystem;
@@ -92,6 +97,10 @@ int run_worker(int argc, char** argv, const WorkerProgram& program, const Reques
     if (!receive_bytes(kWorkerChannel, request.data(), request.size(), wait_for_request)) break;
     limit_this_process(head.limits);
     respond(program, table, request, response);
+#ifdef SIMPLEXSEG_COVERAGE
+    __gcov_dump();
+    __gcov_reset();
+#endif
   }
   end_with(0, temporary_folder);
 }

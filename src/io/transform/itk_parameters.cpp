@@ -54,11 +54,11 @@ Eigen::Affine3d affine_of(const ItkParameters& itk, const std::string& name) {
     affine.translation() = Eigen::Map<const Eigen::Vector3d>(p);
     return affine;
   }
-  const double* translation = p + 3;
+  std::ptrdiff_t shift_at = 3;  // of the parameters, which may be none
   if (kind == "AffineTransform" || kind == "MatrixOffsetTransformBase") {
     require(12, 3);
     affine.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
-    translation = p + 9;
+    shift_at = 9;
   } else if (kind == "Euler3DTransform") {
     require(6, 3);
     affine.linear() = rotation_of_angles(p, itk.fixed.size() > 3 && itk.fixed[3] != 0);
@@ -71,7 +71,7 @@ Eigen::Affine3d affine_of(const ItkParameters& itk, const std::string& name) {
   } else {
     throw Error("cannot read " + name, "transforms of the kind " + quoted(kind) + " are not supported", kSupported);
   }
-  const Eigen::Map<const Eigen::Vector3d> centre(itk.fixed.data()), shift(translation);
+  const Eigen::Map<const Eigen::Vector3d> centre(itk.fixed.data()), shift(p + shift_at);
   affine.translation() = shift + centre - affine.linear() * centre;
   return affine;
 }
