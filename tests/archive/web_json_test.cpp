@@ -5,7 +5,9 @@
 
 #include <random>
 
+#include "archive/faults.h"
 #include "core/error.h"
+#include "io/platform/load_progress.h"
 #include "remote/multipart.h"
 
 namespace simplexseg {
@@ -81,6 +83,19 @@ TEST(WebJson, EachWarningOfAnArchiveIsRead) {
   // Without a reason of the archive there is none.
   EXPECT_EQ(store_response_of_json(R"({"00081198": {"Value": [{"00081197": {"Value": [0]}}]}})").reason, "");
   EXPECT_EQ(store_response_of_json(R"({"00081198": {"Value": [{"00081197": {"Value": [1]}}]}})").reason, "0001");
+}
+
+TEST(ArchiveFaults, CountsAreFromZeroToNineDigits) {
+  EXPECT_EQ(count_in("0", -1), 0);
+  EXPECT_EQ(count_in("999999999", -1), 999'999'999);
+  for (const char* text : {"", "-1", "1000000000", "1.5", "12x", "99999999999999999999"})
+    EXPECT_EQ(count_in(text, -7), -7) << text;
+}
+
+TEST(ArchiveFaults, ATransferIsCancelledByItsProgress) {
+  EXPECT_NO_THROW(report_progress({}, {}));
+  EXPECT_NO_THROW(report_progress([](const ArchiveTransfer&) { return true; }, {}));
+  EXPECT_THROW(report_progress([](const ArchiveTransfer&) { return false; }, {}), Cancelled);
 }
 
 TEST(WebJson, NestingIsLimitedOutsideOfTexts) {
