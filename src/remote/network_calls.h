@@ -13,7 +13,7 @@
 
 namespace simplexseg {
 
-/// Statements of a server about itself. Texts are one line of at most 200 bytes.
+/// Statements of a server about itself. Texts are one line of at most 200 bytes and " ...".
 struct NetworkInfo {
   enum class Protocol { NnInteractive, MonaiLabel };
   Protocol protocol = Protocol::NnInteractive;
