@@ -25,8 +25,9 @@ kept = {}  # of a worker: networks by file and device
 
 def options():
     parser = argparse.ArgumentParser(prog="evaluate_prior3d", description=__doc__.split("\n")[0])
-    parser.add_argument("mode", choices=["field", "network", "prior", "fused", "collect", "learn", "table"],
-                        help="prior: the network's logit in the prior of the field; fused: logits of both joined after the field; "
+    parser.add_argument("mode", choices=["field", "restored", "network", "prior", "corrected", "fused", "collect", "learn", "table"],
+                        help="restored: the field, replaced by its own result after each update; prior: the network's logit in the prior of the field; "
+                             "corrected: the field, corrected by a network that receives it; fused: logits of both joined after the field; "
                              "collect: samples for a fusion, by the mean of both logits or by --fusion; learn: fusions of OUT; table: of files")
     parser.add_argument("out", help="file to write, or to read for learn and table")
     parser.add_argument("files", nargs="*", help="further files for table")
@@ -35,7 +36,9 @@ def options():
     parser.add_argument("--fusion", help="folder with GROUP.KIND.pt")
     parser.add_argument("--kind", default="linear", choices=["linear", "gated"])
     parser.add_argument("--threshold", default="seed", choices=["never", "seed", "always"], help="when the expected-Dice threshold applies")
-    parser.add_argument("--share", type=float, default=0.5, help="of mode prior: trust in the network, 0 to 1")
+    parser.add_argument("--share", type=float, default=0.5, help="of the network: trust in mode prior; factor of the corrections in mode corrected")
+    parser.add_argument("--near", type=float, default=0, help="in mode corrected: corrections after clicks near the mark, in its depths, and the "
+                                                              "result replaces the field; 0: everywhere, and it does not")
     parser.add_argument("--clicks", type=int, default=10)
     parser.add_argument("--groups", default="", help="only these")
     parser.add_argument("--further", action="store_true", help="also objects that are not of the 17 groups")
@@ -43,7 +46,7 @@ def options():
     parser.add_argument("--devices", default="cpu", help="of the networks, separated by commas")
     parser.add_argument("--limit", type=float, default=1e9, help="seconds after which no object is begun")
     chosen = parser.parse_args()
-    if chosen.mode in ("network", "prior", "fused", "collect") and not chosen.weights:
+    if chosen.mode in ("network", "prior", "corrected", "fused", "collect") and not chosen.weights:
         parser.error(f"{chosen.mode} needs --weights")
     if chosen.mode in ("learn", "fused") and not chosen.fusion:
         parser.error(f"{chosen.mode} needs --fusion")
@@ -93,8 +96,10 @@ def run_case(job):
                 file = pathlib.Path(settings.field_networks) / f"{group}.txt"
                 networks = file if file.exists() else file.with_name("none.txt")
             field = Field(image_file, image.shape, networks, threads=8 if group == "brain" else 1)
-        if settings.mode == "field":
+        if settings.mode in ("field", "restored"):
             subject = field
+            if settings.mode == "restored":
+                field.segment = field.segment_restored
         else:
             import torch
 
@@ -106,6 +111,10 @@ def run_case(job):
                 from .fusion import PriorObject
 
                 subject = PriorObject(field, subject, settings.share)
+            elif settings.mode == "corrected":
+                from .fusion import CorrectedObject
+
+                subject = CorrectedObject(field, subject, settings.share, settings.near)
             elif settings.mode != "network":
                 from .fusion import FusedObject
 

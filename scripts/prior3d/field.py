@@ -63,6 +63,11 @@ class Field:
         self.update(marks)
         return self.object()
 
+    def segment_restored(self, marks):
+        """Like segment(), but the field is then replaced by its own result, which the next update finds as the previous one."""
+        self.restore(self.update(marks))
+        return self.object()
+
     def close(self):
         self.process.stdin.close()
         self.process.stdout.close()

@@ -4,7 +4,9 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from .segmenter import balls_of
+from .corrections import field_channel
+from .grids import grid
+from .segmenter import FINEST, balls_of, connected
 
 LIMIT = 8.0            # of a logit
 FEATURES = ("field", "network", "seed", "few", "many", "field_dice", "network_dice", "agreement")
@@ -124,6 +126,13 @@ def on_voxels(field, probability, mask):
     return np.where(mask, np.maximum(values, 0.5), np.where(values > 0.5, 0, values))
 
 
+def on_sides(shape):
+    """Mask of the outermost cells of a box."""
+    sides = np.ones(shape, bool)
+    sides[tuple(slice(1, -1) for _ in shape)] = False
+    return sides
+
+
 class PriorObject:
     """Object by the field, with the logit of the network in its prior. share: trust in the network, 0 to 1."""
 
@@ -141,6 +150,95 @@ class PriorObject:
 
     def brush(self, inside, voxel):
         return self.field.brush(inside, voxel)
+
+
+class CorrectedObject:
+    """Object by the field, corrected by a network that receives it. share: of the correction in the logit.
+
+    near: with 0, corrections apply everywhere and the field receives the marks only. Else the result replaces the field, if its cells are
+    voxels, and corrections after clicks have a Gaussian weight around the newest mark, with a standard deviation of `near` depths of it."""
+    FILL, SIDE = 0.66, 64      # of the box, by object and marks; cells
+    SIDES, GROWTH = 0.05, 0.35  # of the box: object near a side; of the object: growth of the box, once in an update
+
+    def __init__(self, field, network, share=1.0, near=0.0):
+        self.field, self.network, self.share, self.near = field, network, share, near
+        self.mask = None
+
+    def correction(self, marks, centre, cell):
+        """Voxels of a box as slices, and on them the correction of the logit of the field."""
+        network, n = self.network, self.SIDE
+        logit = network.logit(marks, centre, cell, n)
+        places = grid(n, network.device) * network.vector(cell / network.spacing) + network.vector(centre / network.spacing)
+        own = float(network.network.share) * field_channel(network.in_box(network.field, places, cell))[0, 0]  # of the field alone
+        half = (n - 1) / 2 * cell
+        low = np.maximum(np.ceil((centre - half) / network.spacing), 0).astype(int)
+        high = np.minimum(np.floor((centre + half) / network.spacing) + 1, network.shape).astype(int)
+        axes = [np.arange(a, b) * s for a, b, s in zip(low, high, network.spacing)]
+        values = network.at_places((logit - own).clamp(-2 * LIMIT, 2 * LIMIT), centre, cell, axes).cpu().numpy()
+        return tuple(slice(a, b) for a, b in zip(low, high)), np.nan_to_num(values)
+
+    def weight(self, marks, box):
+        """Weight of the corrections on the voxels of a box."""
+        if self.near == 0 or len(marks) == 1:
+            return self.share
+        mark, spacing = marks[-1], self.network.spacing
+        right = np.argwhere(self.mask == mark.inside)
+        square = ((right - np.round(mark.index)) * spacing) ** 2
+        depth = np.sqrt(square.sum(1).min()) if len(right) else mark.radius
+        wide = self.near * max(depth, spacing.min())
+        square = [((np.arange(s.start, s.stop) - i) * step) ** 2 for s, i, step in zip(box, np.round(mark.index), spacing)]
+        return self.share * np.exp(-(square[0][:, None, None] + square[1][None, :, None] + square[2][None, None, :]) / (2 * wide * wide))
+
+    def mask_in_box(self, marks, low, high, logit):
+        """Box around bounds (mm) as slices, and on it the probability and the object."""
+        spacing = self.network.spacing
+        box, delta = self.correction(marks, (low + high) / 2, max(FINEST * spacing.min(), float((high - low).max()) / (self.FILL * self.SIDE)))
+        value = sigmoid(logit[box] + self.weight(marks, box) * delta)
+        axes = [np.arange(s.start, s.stop) * step for s, step in zip(box, spacing)]
+        inside, outside = balls_of(marks, axes, spacing)
+        return box, value, connected(((value > 0.5) | inside) & ~outside, inside, outside)
+
+    def segment(self, marks):
+        field, network = self.field, self.network
+        now, spacing = field.segment(marks), network.spacing
+        probability = on_voxels(field, field.probability, now)
+        network.field = torch.from_numpy(probability).to(network.device)[None, None]
+        logit = float(network.network.share) * field_channel(network.field)[0, 0].cpu().numpy()
+        places = [mark.index * spacing + side * mark.radius for mark in marks for side in (-1, 1)] + list(network.bounds or [])
+        at = np.argwhere(now)
+        if len(at):
+            places += [at.min(0) * spacing, at.max(0) * spacing]
+        low, high = np.min(places, 0), np.max(places, 0)
+        for _ in range(2):
+            box, value, kept = self.mask_in_box(marks, low, high, logit)
+            at = np.argwhere(kept)
+            first, last = (np.array([getattr(s, end) for s in box]) for end in ("start", "stop"))
+            margin = self.SIDES * (last - first)
+            if not len(at) or not ((at.min(0) < margin) & (first > 0) | (at.max(0) >= last - first - margin) & (last < network.shape)).any():
+                break
+            low, high = np.minimum(low, (at.min(0) + first) * spacing), np.maximum(high, (at.max(0) + first) * spacing)
+            low, high = low - self.GROWTH / 2 * (high - low), high + self.GROWTH / 2 * (high - low)
+        self.mask, values = np.zeros(network.shape, bool), np.zeros(network.shape, np.float32)
+        self.mask[box] = kept
+        values[box] = np.where(kept, np.maximum(value, 0.5), np.where(value > 0.5, 0, value))
+        network.take(values, self.mask)
+        if self.near and (field.cell == 1).all():
+            self.replace_field(marks, box, value)
+        return self.mask
+
+    def replace_field(self, marks, box, value):
+        """The probability of a box becomes that of the field, but on the sides of its own box."""
+        field, spacing = self.field, self.network.spacing
+        own = tuple(slice(f, f + n) for f, n in zip(field.first, field.size))
+        joined = np.full(self.network.shape, np.nan, np.float32)
+        joined[box] = value
+        joined = joined[own]
+        inside, outside = balls_of(marks, [np.arange(s.start, s.stop) * step for s, step in zip(own, spacing)], spacing)
+        joined = np.where(inside, 1, np.where(outside, 0, joined))
+        field.restore(np.where(np.isnan(joined) | on_sides(joined.shape) & ~inside & ~outside, field.probability, joined).astype(np.float32))
+
+    def brush(self, inside, voxel):
+        return self.network.brush(inside, voxel)
 
 
 class FusedObject:
@@ -170,13 +268,7 @@ class FusedObject:
             t = expected_dice_threshold(probability)
             probability = sigmoid(z - np.log(t / (1 - t)))
         probability = np.where(inside, 1, np.where(outside, 0, probability)).astype(np.float32)
-        sides = np.zeros(lf.shape, bool)
-        for axis in range(3):
-            for end in (0, -1):
-                face = [slice(None)] * 3
-                face[axis] = end
-                sides[tuple(face)] = True
-        probability = np.where(sides, field.probability, probability)
+        probability = np.where(on_sides(lf.shape), field.probability, probability)
         if not field.restore(probability):
             raise RuntimeError("the field did not accept the joined probability")
         mask = field.object()

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Promptable 3D U-Net: eight channels in (marks.channels), the logit of the object out, both on the same cells."""
+"""Promptable 3D U-Net: eight channels in (marks.channels), the logit of the object out, both on the same cells.
+
+A network of nine channels also receives the field (corrections.field_channel) and adds a correction to its logit."""
 import torch
 from torch import nn
 from torch.nn import functional
 
 CHANNELS = 8
+FIELD_SHARE = 3.0                # of the ninth channel in the logit, at the start
 WIDTHS = (16, 32, 64, 128, 160)  # at strides 1, 2, 4, 8, 16
 SLOPE = 0.05                     # of the activation for negative values
 
@@ -40,7 +43,7 @@ def upsampled(x):
 
 
 class Network(nn.Module):
-    """(batch, 8, n, n, n) to (batch, 1, n, n, n); n is a multiple of 16."""
+    """(batch, 8 or 9, n, n, n) to (batch, 1, n, n, n); n is a multiple of 16."""
 
     def __init__(self, inputs=CHANNELS, widths=WIDTHS):
         super().__init__()
@@ -56,6 +59,7 @@ class Network(nn.Module):
         self.u0, self.x0 = nn.Conv3d(b, a, 1), Residual(a)
         self.out = nn.Conv3d(a, 1, 1)
         nn.init.constant_(self.out.bias, -1.0)
+        self.share = nn.Parameter(torch.full((1,), FIELD_SHARE)) if inputs > CHANNELS else None
 
     def forward(self, x):
         f0 = self.f0(x)
@@ -65,7 +69,8 @@ class Network(nn.Module):
         g = self.x3(f3 + upsampled(self.u3(self.e4(self.d4(f3)))))
         g = self.x2(f2 + upsampled(self.u2(g)))
         g = self.x1(f1 + upsampled(self.u1(g)))
-        return self.out(self.x0(f0 + upsampled(self.u0(g))))
+        z = self.out(self.x0(f0 + upsampled(self.u0(g))))
+        return z if self.share is None else z + self.share * x[:, CHANNELS:]
 
 
 def weights_of(model):
@@ -76,10 +81,19 @@ def weights_of(model):
             for name, value in model.state_dict().items()}
 
 
+def network_of(stored, inputs=None):
+    """Network from stored weights. With more inputs than it has, the further ones have no effect but FIELD_SHARE."""
+    state = {name: value.float() if value.is_floating_point() else value for name, value in stored.items()}
+    first = state["f0.c.weight"]
+    model = Network(inputs or first.shape[1])
+    if model.share is not None and first.shape[1] == CHANNELS:
+        state["f0.c.weight"] = torch.cat([first, torch.zeros_like(first[:, :1])], 1)
+        state["share"] = model.share.detach()
+    model.load_state_dict(state)
+    return model
+
+
 def load_network(file, device="cpu"):
     """Network in evaluation mode from a file of weights (weights_of) or a checkpoint (its averaged weights)."""
     stored = torch.load(file, map_location="cpu")
-    model = Network()
-    model.load_state_dict({name: value.float() if value.is_floating_point() else value
-                           for name, value in stored.get("average", stored).items()})
-    return model.to(device).eval().to(memory_format=torch.channels_last_3d)
+    return network_of(stored.get("average", stored)).to(device).eval().to(memory_format=torch.channels_last_3d)

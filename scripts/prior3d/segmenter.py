@@ -9,6 +9,7 @@ from torch.nn import functional
 
 from . import marks as channels_of
 from . import robot
+from .corrections import field_channel
 from .grids import grid
 from .real import level_for, pyramid, sampled
 
@@ -27,6 +28,7 @@ class NetworkObject:
         self.network, self.device, self.spacing, self.shape = network, device, np.asarray(spacing, float), image.shape
         self.levels = pyramid(torch.from_numpy(np.ascontiguousarray(image, np.float32)).to(device)[None, None], spacing)
         self.previous = self.bounds = None
+        self.field = None  # probability of the field on the voxels, for a network that corrects it
 
     def vector(self, values):
         return torch.tensor(np.asarray(values, np.float32), device=self.device).view(3, 1, 1, 1)
@@ -48,18 +50,22 @@ class NetworkObject:
             states[side] = torch.maximum(states[side], ball)
             states[1 - side] = states[1 - side] * (1 - ball)
             states[2 + side] = torch.maximum(states[2 + side], channels_of.wide(distance, radius))
-        before = torch.zeros_like(image)
-        if self.previous is not None:
-            source, step = self.previous, cell / self.spacing
-            if cell > 1.6 * self.spacing.min():
-                size = [max(1, round(s)) // 2 * 2 + 1 for s in step]
-                source = functional.avg_pool3d(source, size, 1, [s // 2 for s in size], count_include_pad=False)
-            before = sampled(source, index, padding="zeros")[None] * valid
-        inputs = channels_of.channels(image, valid, *states, before).contiguous(memory_format=torch.channels_last_3d)
+        before = torch.zeros_like(image) if self.previous is None else self.in_box(self.previous, index, cell) * valid
+        inputs = channels_of.channels(image, valid, *states, before)
+        if self.network.share is not None:
+            inputs = torch.cat([inputs, field_channel(self.in_box(self.field, index, cell) * valid)], 1)
+        inputs = inputs.contiguous(memory_format=torch.channels_last_3d)
         cuda = str(self.device).startswith("cuda")
         with torch.no_grad(), torch.autocast("cuda", dtype=torch.bfloat16) if cuda else contextlib.nullcontext():
             logit = self.network(inputs)
         return torch.where(valid, logit.float(), torch.full_like(image, OUTSIDE_LOGIT))[0, 0]
+
+    def in_box(self, source, index, cell):
+        """Probabilities on the voxels at voxel indices (3, n, n, n), mean over cells that are larger than voxels."""
+        if cell > 1.6 * self.spacing.min():
+            size = [max(1, round(s)) // 2 * 2 + 1 for s in cell / self.spacing]
+            source = functional.avg_pool3d(source, size, 1, [s // 2 for s in size], count_include_pad=False)
+        return sampled(source, index, padding="zeros")[None]
 
     def box_for(self, low, high):
         """Centre, cell and side of the box for an object with these bounds (mm)."""

@@ -16,9 +16,11 @@ import numpy as np
 import torch
 from torch.nn import functional
 
+from .corrections import MOST_UPDATES, Bank, CorrectedEpisodes, Reader
 from .episodes import Episodes, make
-from .network import Network, weights_of
+from .network import CHANNELS, Network, network_of, weights_of
 from .real import RealObjects
+from .sequences import SIDE
 from .volumes import FOLDS
 
 CHECKPOINT = 1          # version of the format
@@ -26,6 +28,8 @@ WARM_UP = 100           # steps
 LEAST_RATE = 0.02       # of the learning rate, at the end
 FEWEST_CELLS = 15       # of an object that counts in the loss
 AVERAGE = 0.998         # decay of the averaged weights
+UPDATES = 6             # of a sequence, about
+ADDED = 4               # sequences that are added in a step
 
 
 def options():
@@ -43,6 +47,10 @@ def options():
     parser.add_argument("--every", type=int, default=3, help="each such step has the second size")
     parser.add_argument("--device", help="default: cuda, if there is one")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--sequences", help="folder with sequences of the field (prior3d.sequences): the network learns to correct it")
+    parser.add_argument("--counts", default="48,0", help="number of synthetic and of real sequences in a step")
+    parser.add_argument("--most", default="6000,1200", help="largest numbers of synthetic and of real sequences in memory")
+    parser.add_argument("--fewest", type=int, default=400, help="sequences of a sort from which on they are used; before, usual episodes")
     parser.add_argument("--compile", action="store_true", help="compile the network with torch.compile")
     parser.add_argument("--log-every", type=int, default=100, help="steps")
     parser.add_argument("--save-every", type=float, default=120, help="seconds between checkpoints")
@@ -70,7 +78,7 @@ class Training:
         if self.world > 1:
             torch.distributed.init_process_group("nccl" if self.cuda else "gloo")
         torch.manual_seed(7)
-        self.network = Network().to(self.device).to(memory_format=torch.channels_last_3d)
+        self.network = Network(CHANNELS + bool(settings.sequences)).to(self.device).to(memory_format=torch.channels_last_3d)
         self.parameters = list(self.network.parameters())
         groups = [{"params": [p for p in self.parameters if p.dim() > 1], "weight_decay": 0.01},
                   {"params": [p for p in self.parameters if p.dim() <= 1], "weight_decay": 0.0}]
@@ -81,15 +89,24 @@ class Training:
             self.restore(settings.out + ".pt")
         elif settings.start:
             stored = read(settings.start)
-            stored = stored.get("average", stored)
+            start = network_of(stored.get("average", stored), CHANNELS + bool(settings.sequences)).state_dict()
             for model in (self.network, self.average):
-                model.load_state_dict({name: v.float() if v.is_floating_point() else v for name, v in stored.items()})
+                model.load_state_dict(start)
         seed = 1000 * settings.seed + 100 * self.stage + self.rank
         random.seed(seed), np.random.seed(seed), torch.manual_seed(seed)
         real = RealObjects(self.device, FOLDS[settings.fold]) if settings.share > 0 else None
         sizes, batches = ([int(word) for word in text.split(",")] for text in (settings.sizes, settings.batches))
         self.pools = [Episodes(batch, n, max(1, batch // 4), lambda count, n: make(count, n, self.device, real, settings.share), self.device)
                       for n, batch in zip(sizes, batches)]
+        self.banks, self.readers, self.corrected = [], [], None
+        if settings.sequences:
+            counts, most = ([int(word) for word in text.split(",")] for text in (settings.counts, settings.most))
+            self.counts = [count for count in counts if count]
+            for (name, side), count, objects in zip(SIDE.items(), counts, most):
+                if count:
+                    self.banks.append(Bank(side, objects, UPDATES * objects + MOST_UPDATES, self.device))
+                    self.readers.append(Reader(os.path.join(settings.sequences, name), FOLDS[settings.fold]))
+                    self.readers[-1].start()
         self.forward = torch.compile(self.network, dynamic=False) if settings.compile else self.network
         self.log = open(settings.out + ".jsonl", "a") if self.rank == 0 else None
 
@@ -111,9 +128,22 @@ class Training:
         os.replace(out + ".pt.new", out + ".pt")
         torch.save(weights_of(self.average), out + ".weights.pt")
 
+    def add_sequences(self):
+        """Adds sequences that were written meanwhile; their episodes begin when there are enough."""
+        for bank, reader in zip(self.banks, self.readers):
+            reader.fill(bank, ADDED)
+        if self.banks and self.corrected is None and min(bank.count for bank in self.banks) >= self.settings.fewest:
+            self.corrected = CorrectedEpisodes(self.pools[0].n, self.banks, self.counts, self.device)
+
+    def inputs(self, pool):
+        channels = pool.channels()
+        if self.banks and channels.shape[1] == CHANNELS:
+            channels = torch.cat([channels, torch.zeros_like(channels[:, :1])], 1)
+        return channels.to(memory_format=torch.channels_last_3d)
+
     def loss(self, pool):
         """Loss of a batch, and probabilities and Dice of its objects."""
-        inputs = pool.channels().to(memory_format=torch.channels_last_3d)
+        inputs = self.inputs(pool)
         with torch.autocast("cuda", dtype=torch.bfloat16) if self.cuda else contextlib.nullcontext():
             logit = self.forward(inputs)
         logit, truth, valid = logit.float(), pool.truth.float(), pool.valid.float()
@@ -150,7 +180,7 @@ class Training:
 
     def run(self):
         settings, begin, saved = self.settings, time.time(), time.time()
-        recent, stop = {}, torch.zeros(1, device=self.device)
+        recent, fields, stop = {}, {}, torch.zeros(1, device=self.device)
         self.network.train()
         while True:
             seconds = self.before + time.time() - begin
@@ -164,23 +194,30 @@ class Training:
                 if stop.item() > 0:
                     break
             rate = settings.rate * min(1, (self.step + 1) / WARM_UP) * (LEAST_RATE + (1 - LEAST_RATE) * 0.5 * (1 + math.cos(math.pi * done)))
-            pool = self.pools[self.step % settings.every == settings.every - 1 and len(self.pools) > 1]
+            self.add_sequences()
+            pool = self.corrected or self.pools[self.step % settings.every == settings.every - 1 and len(self.pools) > 1]
             loss, probability, dice = self.loss(pool)
             self.optimize(loss, rate)
             if self.step % 10 < 2 or not self.cuda:
                 for clicks, value in zip(pool.clicks, dice.tolist()):
                     if math.isfinite(value):
                         recent.setdefault(min(clicks, 10), []).append(value)
+                if self.corrected:
+                    for clicks, value in zip(pool.clicks, pool.dice_of_field().tolist()):
+                        fields.setdefault(min(clicks, 10), []).append(value)
             pool.click(probability)
             self.step += 1
             if self.step % settings.log_every == 0 and self.log:
                 line = {"step": self.step, "seconds": round(seconds, 1), "rate": round(rate, 6), "loss": round(loss.item(), 4),
                         "dice": {clicks: round(float(np.mean(values)), 4) for clicks, values in sorted(recent.items())},
                         "objects": sum(len(values) for values in recent.values())}
+                if self.banks:
+                    line["field"] = {clicks: round(float(np.mean(values)), 4) for clicks, values in sorted(fields.items())}
+                    line["sequences"] = [bank.count for bank in self.banks]
                 if self.cuda:
                     line["memory_gb"] = round(torch.cuda.max_memory_allocated() / 1e9, 1)
                 print(json.dumps(line), file=self.log, flush=True)
-                recent = {}
+                recent, fields = {}, {}
             if time.time() - saved > settings.save_every and self.rank == 0:
                 saved = time.time()
                 self.save(seconds)

@@ -35,6 +35,23 @@ def read_nifti(file):
     return voxels.astype(voxels.dtype.newbyteorder("=")), np.abs(np.array(spacing, float))
 
 
+def write_nifti(file, voxels, spacing):
+    """Writes a float32 NIfTI-1 file, compressed if its name ends in .gz; RAS axes along i, j, k, first voxel at the origin."""
+    header = bytearray(352)
+    struct.pack_into("<i", header, 0, 348)
+    struct.pack_into("<8h", header, 40, 3, *voxels.shape, 1, 1, 1, 1)
+    struct.pack_into("<2h", header, 70, 16, 32)
+    struct.pack_into("<8f", header, 76, 1, *spacing, 0, 0, 0, 0)
+    struct.pack_into("<3f", header, 108, 352, 1, 0)
+    header[123] = 2  # mm
+    struct.pack_into("<2h", header, 252, 0, 1)
+    for axis in range(3):
+        struct.pack_into("<4f", header, 280 + 16 * axis, *(spacing[axis] if a == axis else 0 for a in range(3)), 0)
+    header[344:348] = b"n+1\0"
+    content = bytes(header) + voxels.astype("<f4").tobytes(order="F")
+    pathlib.Path(file).write_bytes(gzip.compress(content, 1) if str(file).endswith(".gz") else content)
+
+
 def evaluation_cases():
     """Objects of the robot's 17 groups (scripts/click_cases): (group, image file, label file, label or None for all)."""
     data_folder()
@@ -115,6 +132,22 @@ def training_objects():
     add("nuclei", "nuclei", pair("ovulenuclei_1135"), range(1, 12))
     add("skull", "skull of a mouse", pair("microct_mouseskull"), (1, 2, 3, 15, 21))
     return found
+
+
+GROUPS_OF_CLASSES = {"vertebrae": "vertebrae", "brain": "brain", "hippocampi": "hippocampi", "glioma": "glioma", "organs of MR": "abdomen",
+                     "spleen": "spleen", "heart": "heart", "atria": "heart", "lungs of MR": "lungs", "lungs of CT": "lungs", "sarcoma": "sarcoma",
+                     "nuclei": "nuclei", "skull of a mouse": "skull"}
+GROUPS_OF_LABELS = {("organs of CT", 2): "kidneys", ("organs of CT", 3): "kidneys", ("organs of CT", 1): "spleen", ("organs of CT", 4): "gallbladder",
+                    ("organs of CT", 21): "bladder", ("organs of CT", 5): "abdomen",
+                    **{("deep nuclei", label): group for group, labels in {"caudate": (71, 72), "putamen": (73, 74), "thalamus": (77, 78),
+                                                                           "hippocampi": (37, 38)}.items() for label in labels},
+                    **{("structures of OASIS", label): group for group, labels in {"thalamus": (5, 6), "putamen": (7, 8), "caudate": (9, 10),
+                                                                                   "hippocampi": (11, 12)}.items() for label in labels}}
+
+
+def group_of(name, label):
+    """Group of the 17 whose field networks have not seen an object of training_objects(); none: of no group."""
+    return GROUPS_OF_LABELS.get((name, label), GROUPS_OF_CLASSES.get(name, "none"))
 
 
 def mask_of(labels, label):

@@ -3,10 +3,8 @@
 """robot_test.py SCRIPTS CLI FIELD_SERVER: the robot in Python makes the clicks of simplexseg-cli clicks, on three objects.
 
 The volumes are made here: a lobed object beside one that is equally bright, a thin shell, and an object in thick slices."""
-import gzip
 import json
 import os
-import struct
 import subprocess
 import sys
 import tempfile
@@ -26,22 +24,6 @@ except ImportError as error:
 from prior3d import field, robot, volumes  # noqa: E402
 
 CLICKS = 6
-
-
-def write_nifti(file, voxels, spacing):
-    """float32, RAS axes along i, j, k, first voxel at the origin."""
-    header = bytearray(352)
-    struct.pack_into("<i", header, 0, 348)
-    struct.pack_into("<8h", header, 40, 3, *voxels.shape, 1, 1, 1, 1)
-    struct.pack_into("<2h", header, 70, 16, 32)
-    struct.pack_into("<8f", header, 76, 1, *spacing, 0, 0, 0, 0)
-    struct.pack_into("<3f", header, 108, 352, 1, 0)
-    header[123] = 2  # mm
-    struct.pack_into("<2h", header, 252, 0, 1)
-    for axis in range(3):
-        struct.pack_into("<4f", header, 280 + 16 * axis, *(spacing[axis] if a == axis else 0 for a in range(3)), 0)
-    header[344:348] = b"n+1\0"
-    Path(file).write_bytes(gzip.compress(bytes(header) + voxels.astype("<f4").tobytes(order="F"), 1))
 
 
 def objects():
@@ -68,8 +50,8 @@ class Robot(unittest.TestCase):
         for name, image, mask, spacing in objects():
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 image_file, label_file, out = (f"{folder}/{word}" for word in ("image.nii.gz", "labels.nii.gz", "clicks.json"))
-                write_nifti(image_file, image, spacing)
-                write_nifti(label_file, mask, spacing)
+                volumes.write_nifti(image_file, image, spacing)
+                volumes.write_nifti(label_file, mask, spacing)
                 subprocess.run([CLI, "clicks", image_file, label_file, "--max", str(CLICKS), "--json", out], check=True, stdout=subprocess.DEVNULL)
                 clicks = json.loads(Path(out).read_text())["cases"][0]["clicks"]
                 read, sizes = volumes.read_nifti(image_file)

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 SCRIPTS = Path(sys.argv.pop(1)) if len(sys.argv) > 1 else Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
@@ -20,7 +21,7 @@ try:
 except ImportError as error:
     print(f"training_test: {error}; install python3-torch and python3-scipy", file=sys.stderr)
     sys.exit(77)
-from prior3d import checkpoints, episodes, grids, marks, network, scanner, shapes  # noqa: E402
+from prior3d import checkpoints, corrections, episodes, field, fusion, grids, marks, network, robot, scanner, segmenter, sequences, shapes  # noqa: E402
 
 
 def random_masks(count, n):
@@ -94,6 +95,144 @@ class Volumes(unittest.TestCase):
             self.assertTrue((valid & ~truth & (outside > 0.5)).any())
 
 
+class BallField:
+    """Stands in for the process of the field: balls of twice the radius of the inside marks, less the outside marks."""
+
+    def __init__(self, image_file, shape, networks="", threads=1):
+        self.shape, self.size, self.first, self.cell = tuple(shape), tuple(shape), np.zeros(3, int), np.ones(3)
+
+    def update(self, marks):
+        axes = [np.arange(n).astype(float) for n in self.shape]
+        inside, outside = segmenter.balls_of([m._replace(radius=2 * m.radius if m.inside else m.radius) for m in marks], axes, np.ones(3))
+        self.probability = np.where(inside & ~outside, 0.9, 0.1).astype(np.float32)
+        return self.probability
+
+    def restore(self, probability):
+        self.probability = probability
+        return True
+
+    def object(self):
+        return self.probability > 0.5
+
+    def segment(self, marks):
+        self.update(marks)
+        return self.object()
+
+    def brush(self, inside, voxel):
+        return 1.5
+
+    def close(self):
+        pass
+
+
+def two_balls():
+    x, y, z = np.meshgrid(*[np.arange(n) for n in (40, 36, 32)], indexing="ij")
+    truth = ((x - 16) ** 2 + (y - 17) ** 2 + (z - 15) ** 2 < 60) | ((x - 23) ** 2 + (y - 18) ** 2 + (z - 15) ** 2 < 30)
+    return truth * 1.0 + 0.1 * np.random.default_rng(0).normal(size=truth.shape), truth
+
+
+class Corrections(unittest.TestCase):
+    def setUp(self):
+        torch.manual_seed(3), random.seed(3), np.random.seed(3)
+        patch = mock.patch.object(field, "Field", BallField)
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    def parts(self):
+        image, truth = two_balls()
+        with tempfile.TemporaryDirectory() as folder:
+            return sequences.sequence(image, truth, np.ones(3), "", 64, np.random.default_rng(5), folder)
+
+    def test_sequence_has_the_marks_and_the_field_after_each(self):
+        parts = self.parts()
+        self.assertGreater(len(parts["fields"]), 1)
+        self.assertEqual(len(parts["fields"]), len(parts["marks"]))
+        for inside, *place, _ in parts["marks"]:
+            self.assertEqual(parts["truth"][tuple(np.round(place).astype(int))], bool(inside))
+        self.assertEqual(len(np.unique(parts["fields"])), 2)
+        self.assertTrue((parts["fields"][0] > 127).any())
+
+    def test_small_objects_and_stored_size(self):
+        image, truth = two_balls()
+        with tempfile.TemporaryDirectory() as folder:
+            none = sequences.sequence(image, truth & (np.arange(32) == 3), np.ones(3), "", 64, np.random.default_rng(5), folder)
+            half = sequences.sequence(image, truth, np.ones(3), "", 20, np.random.default_rng(5), folder)
+        self.assertIsNone(none)
+        self.assertLessEqual(max(half["image"].shape), 20)
+        self.assertGreater(half["spacing"].max(), 1)
+        at = tuple(np.round(half["marks"][0][1:4]).astype(int))
+        self.assertTrue(half["truth"][at])
+
+    def test_episodes_show_marks_and_field_in_their_boxes(self):
+        parts = self.parts()
+        bank = corrections.Bank(64, 1, len(parts["fields"]) + corrections.MOST_UPDATES, "cpu")
+        bank.add(parts)
+        pool = corrections.CorrectedEpisodes(32, [bank], [8], "cpu")
+        for _ in range(4):
+            for slot in range(8):
+                now, truth = parts["fields"][pool.update[slot]] > 127, parts["truth"]
+                whole = 2 * (now & truth).sum() / (now.sum() + truth.sum())
+                if pool.cell[slot] * 32 > 40:  # the box contains the object
+                    self.assertAlmostEqual(float(pool.dice_of_field()[slot]), whole, delta=0.08)
+            marked = (pool.inside > 0.9) & pool.valid
+            self.assertGreater(float((marked & pool.truth).sum() / marked.sum()), 0.75)
+            self.assertEqual(pool.channels().shape, (8, network.CHANNELS + 1, 32, 32, 32))
+            pool.click(pool.field)
+
+    def test_network_of_nine_channels_starts_as_that_of_eight_and_the_field(self):
+        model = network.Network().eval()
+        wider = network.network_of(model.state_dict(), network.CHANNELS + 1).eval()
+        x = torch.randn(1, network.CHANNELS + 1, 16, 16, 16)
+        with torch.no_grad():
+            torch.testing.assert_close(wider(x), model(x[:, :-1]) + network.FIELD_SHARE * x[:, -1:])
+
+
+class Constant(torch.nn.Module):
+    """Network that adds the same correction everywhere."""
+
+    def __init__(self, correction):
+        super().__init__()
+        self.correction, self.share = correction, torch.nn.Parameter(torch.ones(1))
+
+    def forward(self, x):
+        return self.share * x[:, network.CHANNELS:] + self.correction
+
+
+class CorrectedObjects(unittest.TestCase):
+    def setUp(self):
+        self.image, self.truth = two_balls()
+        self.marks = [robot.seed_of(self.truth, np.ones(3)), robot.Mark(False, np.array([11, 17, 15]), 2.0), robot.Mark(True, np.array([22, 18, 15]), 1.5)]
+
+    def subject(self, correction, **options):
+        process = BallField("", self.image.shape)
+        return process, fusion.CorrectedObject(process, segmenter.NetworkObject(Constant(correction), self.image, np.ones(3)), **options)
+
+    def test_without_corrections_the_object_is_that_of_the_field(self):
+        for near in (0, 3):
+            process, subject = self.subject(0.0, near=near)
+            for count in range(1, 4):
+                before = BallField("", self.image.shape)
+                before.update(self.marks[:count])
+                mask = subject.segment(self.marks[:count])
+                np.testing.assert_array_equal(mask, before.object())
+                np.testing.assert_array_equal(process.object(), before.object())  # also the field that received the result
+
+    def test_corrections_move_the_object_and_later_ones_only_near_the_mark(self):
+        field_alone, _ = self.subject(0.0)
+        for near in (0, 2):
+            process, subject = self.subject(-6.0, share=0.5, near=near)
+            self.assertLess(subject.segment(self.marks[:1]).sum(), 0.5 * (field_alone.update(self.marks[:1]) > 0.5).sum())
+            mask = subject.segment(self.marks[:2])
+            alone = field_alone.update(self.marks[:2]) > 0.5
+            far = np.sqrt(((np.argwhere(alone) - self.marks[1].index) ** 2).sum(1)) > 16
+            share = mask[alone][far].mean()
+            self.assertTrue(share < 0.5 if near == 0 else share > 0.99, (near, share))
+            if near:
+                self.assertGreater(process.object()[mask].mean(), 0.95)  # without filled holes
+            else:
+                np.testing.assert_array_equal(process.object(), alone)
+
+
 class Training(unittest.TestCase):
     def run_training(self, out, *further):
         command = [str(SCRIPTS / "train_prior3d"), str(out), "--seconds", "1", "--sizes", "16,32", "--batches", "2,1", "--device", "cpu",
@@ -122,6 +261,23 @@ class Training(unittest.TestCase):
             moved = max((second["network"][name] - value).abs().max() for name, value in again["network"].items() if value.is_floating_point())
             self.assertGreater(moved, 0)
             self.assertEqual(int(second["optimizer"]["state"][0]["step"]), 13)
+
+    def test_training_continues_with_sequences(self):
+        image, truth = two_balls()
+        with tempfile.TemporaryDirectory() as folder:
+            sequenced = Path(folder) / "sequences" / "synthetic"
+            sequenced.mkdir(parents=True)
+            with mock.patch.object(field, "Field", BallField):
+                parts = sequences.sequence(image, truth, np.ones(3), "", 64, np.random.default_rng(5), folder)
+            for number in range(2):
+                sequences.save(sequenced / f"{number}.npz", {**parts, "kind": "synthetic", "group": "synthetic"})
+            out = Path(folder) / "net"
+            self.run_training(out, "--seconds", "1000000", "--steps", "8", "--sizes", "16", "--batches", "2", "--log-every", "1", "--sequences",
+                              str(sequenced.parent), "--counts", "2,0", "--most", "4,0", "--fewest", "2")
+            lines = [json.loads(line) for line in Path(f"{out}.jsonl").read_text().splitlines()]
+            self.assertEqual(lines[-1]["sequences"], [2])
+            self.assertTrue(lines[-1]["field"])
+            self.assertEqual(torch.load(f"{out}.weights.pt")["f0.c.weight"].shape[1], network.CHANNELS + 1)
 
     def test_stored_weights_keep_large_running_variances(self):
         model = network.Network()
