@@ -75,7 +75,7 @@ TEST_F(Servers, InvalidAddressesAreRejected) {
   }
   for (const char* host : {"127.0.0.1", "127.8.9.1", "localhost", "[::1]"}) {
     open.url = std::string("http://") + host + ":8042/x";
-    EXPECT_EQ(error_of([&] { require_archive_server(open); }), "") << host;
+    EXPECT_NO_THROW(require_archive_server(open)) << host;
   }
 }
 
