@@ -59,6 +59,34 @@ TEST(WebServers, CredentialsGoToThisMachineOrOverHttps) {
     EXPECT_EQ(with_credentials(std::string("http://") + host + ":8042/x"), "") << host;
 }
 
+TEST(WebServers, SettingsAreChecked) {
+  const auto refused = [](WebServer server, const std::string& name) {
+    try {
+      require_server_settings(server, name);
+      return std::string();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+  };
+  WebServer server = web_server_at("https://h/" + std::string(100, 'x'));
+  EXPECT_EQ(refused(server, std::string(64, 'n')), "");
+  EXPECT_EQ(refused(server, server.url), "");
+  for (const std::string& name : {std::string(), std::string(65, 'n'), std::string(" n"), std::string("n\n")})
+    EXPECT_HAS(refused(server, name), "its name is empty, too long or has blanks at its ends");
+  for (const int seconds : {1, 3600}) {
+    server.timeout_s = seconds;
+    EXPECT_EQ(refused(server, "n"), "");
+  }
+  for (const int seconds : {0, 3601}) {
+    server.timeout_s = seconds;
+    EXPECT_HAS(refused(server, "n"), "use 1 to 3600 s");
+  }
+  server.timeout_s = 30, server.credentials_file = "a";
+  EXPECT_EQ(refused(server, "n"), "");
+  server.credentials_variable = "A";
+  EXPECT_HAS(refused(server, "n"), "both a variable and a file");
+}
+
 TEST(WebServers, ThisMachineIsRecognisedByItsAddress) {
   for (const char* host : {"localhost", "127.0.0.1", "127.255.0.9", "::1", "[::1]"}) EXPECT_TRUE(is_own_host(host));
   for (const char* host : {"", "[]", "127.x", "128.0.0.1", "10.127.0.1", "::2", "127.0.0.1.example.org"})
