@@ -120,16 +120,17 @@ void add_pictures(PdfDocument& document, const Scene& scene, const Volume& volum
   }
 }
 
-/// Row of the start of a mesh.
-std::vector<std::string> start_row(const MeshItem& item) {
+/// Rows of the start of a mesh.
+Rows start_rows(const MeshItem& item) {
   if (item.start && item.start->network) {
     const NetworkMask& mask = *item.start->network;
     const std::string licence = mask.licence.empty() ? "not stated" : mask.licence;
-    return {shown(item.name), "mask of a network: " + shown(mask.network), shown(mask.server),
-            "licence: " + shown(licence)};
+    return {{shown(item.name), "mask of a network: " + shown(mask.network), shown(mask.server), ""},
+            {"", "licence of its weights: " + shown(licence), "", ""}};
   }
-  if (item.start) return {shown(item.name), "start: " + shown(fs::path(item.start->path).filename().string()), "", ""};
-  return {shown(item.name), "seed", place_text(item.seed.centre_mm), general_text(item.seed.radius_mm, 4)};
+  if (item.start)
+    return {{shown(item.name), "start: " + shown(fs::path(item.start->path).filename().string()), "", ""}};
+  return {{shown(item.name), "seed", place_text(item.seed.centre_mm), general_text(item.seed.radius_mm, 4)}};
 }
 
 std::string kind_text(const UserPoint& point) {
@@ -141,7 +142,7 @@ std::string kind_text(const UserPoint& point) {
 void add_prompts(PdfDocument& document, const Scene& scene) {
   Rows rows{{"object", "prompt", "position, LPS, mm", "radius mm"}};
   for (const MeshItem& item : scene.meshes) {
-    rows.push_back(start_row(item));
+    for (const std::vector<std::string>& row : start_rows(item)) rows.push_back(row);
     for (const UserPoint& point : scene.points)
       if (point.mesh == item.id)
         rows.push_back({shown(item.name), kind_text(point), place_text(point.position_mm),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -128,6 +129,11 @@ class Sessions(NetworkTest):
         self.assertEqual(self.meshes("a"), self.meshes("b"))
         self.assertGreater(self.dice(), 0.95)
         self.call("run", self.folder / "a.json", "--backend", "cpu", "--steps", 10)
+        self.call("measure", self.folder / "a.json", self.folder / "report.pdf")
+        if shutil.which("pdftotext"):
+            report = subprocess.run(["pdftotext", "-layout", self.folder / "report.pdf", "-"], capture_output=True, text=True, check=True).stdout
+            for stated in "mask of a network: nnInteractive", server.url, "licence of its weights: CC BY-NC-SA 4.0 for tests":
+                self.assertIn(stated, report)
 
     def draw(self) -> Path:
         """Template scene with a seed in the ball, an inside stroke along j in it, and an outside stroke along i."""
