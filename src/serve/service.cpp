@@ -58,17 +58,22 @@ ServiceResponse response_without_prediction() {
   return {200, "", dumped({{"ran_prediction", false}, {"bbox", nullptr}})};
 }
 
-/// Response after a prompt: the object if the client requests it.
+/// Response with the object that is computed from all prompts.
+ServiceResponse solved_response(ObjectSession& object) {
+  const Mask before = object.object();
+  object.solve();
+  return object_response(before, object.object());
+}
+
+/// Response after a prompt: the object if the client requests it. A prompt whose computation fails is withdrawn.
 ServiceResponse prompt_response(ObjectSession& object, bool runs) {
   if (!runs) return response_without_prediction();
-  const Mask before = object.object();
   try {
-    object.solve();
+    return solved_response(object);
   } catch (...) {
     object.undo();
     throw;
   }
-  return object_response(before, object.object());
 }
 
 }  // namespace
@@ -275,11 +280,7 @@ ServiceResponse SegmentationService::undo(const ServiceRequest&) {
 }
 
 ServiceResponse SegmentationService::predict(const ServiceRequest&) {
-  return with_object([](ObjectSession& object) {
-    const Mask before = object.object();
-    object.solve();
-    return object_response(before, object.object());
-  });
+  return with_object([](ObjectSession& object) { return solved_response(object); });
 }
 
 ServiceResponse SegmentationService::add_point(const ServiceRequest& request) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dialogs for archives, with a fake archive: servers, search, fetch, errors.
-#include <QAccessible>
 #include <QComboBox>
 #include <QFile>
 #include <QLabel>
@@ -318,24 +317,7 @@ TEST_F(ArchiveTest, BothDialogsFitASmallWindowInBothThemesAndEveryControlHasANam
       EXPECT_LE(dialog->width(), 800);
       EXPECT_LE(dialog->height(), 600);
       EXPECT_EQ(dialog->grab().toImage().pixelColor(3, 3), theme::shades().window);
-      int controls = 0;
-      for (QWidget* widget : dialog->findChildren<QWidget*>()) {
-        if (!widget->isVisible() || widget->window() != dialog) continue;
-        const bool typed = qobject_cast<QLineEdit*>(widget) &&
-                           !qobject_cast<QAbstractSpinBox*>(widget->parentWidget()) &&
-                           !qobject_cast<QComboBox*>(widget->parentWidget());
-        if (!qobject_cast<QAbstractButton*>(widget) && !qobject_cast<QComboBox*>(widget) && !typed &&
-            !qobject_cast<QTreeWidget*>(widget) && !qobject_cast<QAbstractSpinBox*>(widget))
-          continue;
-        ++controls;
-        EXPECT_FALSE(QAccessible::queryAccessibleInterface(widget)->text(QAccessible::Name).trimmed().isEmpty())
-            << widget->metaObject()->className() << " " << widget->toolTip().toStdString();
-        EXPECT_TRUE(dialog->rect().contains(QRect(widget->mapTo(dialog, QPoint()), widget->size())))
-            << widget->accessibleName().toStdString();
-        EXPECT_TRUE(widget->isEnabled() || widget->toolTip().size() > 10)
-            << widget->objectName().toStdString() << " does not explain why it is disabled";
-      }
-      EXPECT_GE(controls, 5);
+      EXPECT_GE(check_controls(*dialog), 5);
     }
     send->reject();
     entry->reject();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Start of a segmentation from a network, with a stand-in server.
-#include <QAccessible>
 #include <QComboBox>
 #include <QElapsedTimer>
 #include <QFile>
@@ -268,22 +267,7 @@ TEST_F(NetworkTest, TheDialogFitsASmallWindowAndEveryControlHasAName) {
     QApplication::processEvents();
     EXPECT_LE(dialog->width(), 800);
     EXPECT_LE(dialog->height(), 600);
-    int controls = 0;
-    for (QWidget* widget : dialog->findChildren<QWidget*>()) {
-      const bool typed = qobject_cast<QLineEdit*>(widget) && !qobject_cast<QAbstractSpinBox*>(widget->parentWidget()) &&
-                         !qobject_cast<QComboBox*>(widget->parentWidget());
-      if (!widget->isVisible() || !(qobject_cast<QAbstractButton*>(widget) || qobject_cast<QComboBox*>(widget) ||
-                                    typed || qobject_cast<QAbstractSpinBox*>(widget)))
-        continue;
-      ++controls;
-      EXPECT_FALSE(QAccessible::queryAccessibleInterface(widget)->text(QAccessible::Name).trimmed().isEmpty())
-          << widget->metaObject()->className() << " " << widget->toolTip().toStdString();
-      EXPECT_TRUE(dialog->rect().contains(QRect(widget->mapTo(dialog, QPoint()), widget->size())))
-          << widget->accessibleName().toStdString();
-      EXPECT_TRUE(widget->isEnabled() || widget->toolTip().size() > 10)
-          << widget->objectName().toStdString() << " does not explain why it is disabled";
-    }
-    EXPECT_GE(controls, 9);
+    EXPECT_GE(check_controls(*dialog), 9);
     dialog->reject();
     ASSERT_TRUE(is_closed());
   }

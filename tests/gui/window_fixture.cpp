@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "window_fixture.h"
 
+#include <QAbstractButton>
+#include <QAbstractSpinBox>
+#include <QAccessible>
+#include <QComboBox>
+#include <QDialog>
 #include <QElapsedTimer>
 #include <QFileInfo>
+#include <QLineEdit>
 #include <QOpenGLContext>
 #include <QTest>
+#include <QTreeWidget>
 #include <QWheelEvent>
 
 #include "gpu/backend.h"
@@ -53,6 +60,26 @@ bool wait_until(const std::function<bool()>& done) {
     QApplication::processEvents(QEventLoop::AllEvents | QEventLoop::WaitForMoreEvents, 20);
   }
   return true;
+}
+
+int check_controls(const QDialog& dialog) {
+  int controls = 0;
+  for (QWidget* widget : dialog.findChildren<QWidget*>()) {
+    if (!widget->isVisible() || widget->window() != &dialog) continue;
+    const bool is_line = qobject_cast<QLineEdit*>(widget) && !qobject_cast<QAbstractSpinBox*>(widget->parentWidget()) &&
+                         !qobject_cast<QComboBox*>(widget->parentWidget());
+    if (!qobject_cast<QAbstractButton*>(widget) && !qobject_cast<QComboBox*>(widget) && !is_line &&
+        !qobject_cast<QTreeWidget*>(widget) && !qobject_cast<QAbstractSpinBox*>(widget))
+      continue;
+    ++controls;
+    EXPECT_FALSE(QAccessible::queryAccessibleInterface(widget)->text(QAccessible::Name).trimmed().isEmpty())
+        << widget->metaObject()->className() << " " << widget->toolTip().toStdString();
+    EXPECT_TRUE(dialog.rect().contains(QRect(widget->mapTo(&dialog, QPoint()), widget->size())))
+        << widget->accessibleName().toStdString();
+    EXPECT_TRUE(widget->isEnabled() || widget->toolTip().size() > 10)
+        << widget->objectName().toStdString() << " does not explain why it is disabled";
+  }
+  return controls;
 }
 
 void WindowTest::SetUp() {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <QApplication>
+#include <QDialog>
 #include <QMenu>
 #include <QMouseEvent>
 #include <QTemporaryDir>
@@ -26,6 +27,10 @@ std::string why_no_window();
 
 /// Processes events until `done` returns true, for ten seconds at most. Returns whether it did.
 bool wait_until(const std::function<bool()>& done);
+
+/// Requires of each visible control of a dialog that it has an accessible name, lies within the dialog, and explains
+/// why it is disabled. Returns the number of controls.
+int check_controls(const QDialog& dialog);
 
 /// Window with a small phantom: a bright sphere of radius about 16 mm in 64^3 voxels of 1 mm.
 class WindowTest : public ::testing::Test {

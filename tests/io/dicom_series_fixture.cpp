@@ -11,17 +11,21 @@
 
 namespace simplexseg::test {
 
-std::string output_and_errors_of(const std::string& command) {
+std::string DicomSeriesTest::output_and_errors_of(const std::string& command) {
   std::FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
   if (!pipe) return {};
   std::string text;
   for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
   return ::pclose(pipe) == 0 ? text : "failed: " + text;
 }
-bool succeeds(const std::string& command) { return !output_and_errors_of(command).starts_with("failed"); }
-std::string in_shell(const std::filesystem::path& path) { return std::string(" '").append(path.string()).append("'"); }
+bool DicomSeriesTest::succeeds(const std::string& command) {
+  return !output_and_errors_of(command).starts_with("failed");
+}
+std::string DicomSeriesTest::in_shell(const std::filesystem::path& path) {
+  return std::string(" '").append(path.string()).append("'");
+}
 
-void expect_same_voxels(const Volume& a, const Volume& b) {
+void DicomSeriesTest::expect_same_voxels(const Volume& a, const Volume& b) {
   ASSERT_TRUE(a.geometry().same_grid(b.geometry(), 1e-6));
   std::size_t differ = 0, labelled = 0;
   for (int k = 0; k < a.geometry().size[2]; ++k)

@@ -9,15 +9,6 @@
 
 namespace simplexseg::test {
 
-/// Returns standard output and standard error of a command, with the prefix "failed: " when it fails.
-std::string output_and_errors_of(const std::string& command);
-bool succeeds(const std::string& command);
-/// Returns the path as an argument of a shell, with a leading space.
-std::string in_shell(const std::filesystem::path& path);
-
-/// Requires equal grids, equal values, and labelled voxels in a.
-void expect_same_voxels(const Volume& a, const Volume& b);
-
 class DicomSeriesTest : public FolderTest {
  protected:
   static constexpr int kColumns = 30, kRows = 26, kSlices = 9;
@@ -33,6 +24,14 @@ class DicomSeriesTest : public FolderTest {
   Volume image() const;
   /// Returns two meshes: a sphere, and a torus around the slice normal, whose sections have holes.
   Scene scene() const;
+
+  /// Returns standard output and standard error of a command, with the prefix "failed: " when it fails.
+  static std::string output_and_errors_of(const std::string& command);
+  static bool succeeds(const std::string& command);
+  /// Returns the path as an argument of a shell, with a leading space.
+  static std::string in_shell(const std::filesystem::path& path);
+  /// Requires equal grids, equal values, and labelled voxels in a.
+  static void expect_same_voxels(const Volume& a, const Volume& b);
 
  private:
   static SimplexMesh ring(const VolumeGeometry& grid);

@@ -30,10 +30,6 @@ namespace {
 namespace fs = std::filesystem;
 using test::bytes_of;
 using test::error_of;
-using test::expect_same_voxels;
-using test::in_shell;
-using test::output_and_errors_of;
-using test::succeeds;
 
 class DicomWrite : public test::DicomSeriesTest {};
 

@@ -68,7 +68,7 @@ NetworkDialog::NetworkDialog(Workbench& workbench, ItemId mesh, BackgroundJob& j
   statement_->setWordWrap(true);
   statement_->setTextFormat(Qt::RichText);
   statement_->setAlignment(Qt::AlignLeft | Qt::AlignTop);
-  constexpr int kLines = 7;  // of the statement after a response
+  constexpr int kLines = 7;  // longest statement, after a response
   statement_->setMinimumHeight(kLines * statement_->fontMetrics().lineSpacing());
   column->addWidget(statement_, 1);
   task_ = new TaskLine(job, tr("the segmentation has not changed"), this);

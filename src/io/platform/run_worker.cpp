@@ -18,7 +18,7 @@
 #include "core/error.h"
 #include "io/platform/worker_limits.h"
 
-#ifdef SIMPLEXSEG_COVERAGE  // of libgcov: this process never ends by exit(), which writes the counters
+#ifdef SIMPLEXSEG_COVERAGE  // this process never ends by exit(), by which libgcov writes its counters
 extern "C" void __gcov_dump();
 extern "C" void __gcov_reset();
 #endif

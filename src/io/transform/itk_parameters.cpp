@@ -54,7 +54,7 @@ Eigen::Affine3d affine_of(const ItkParameters& itk, const std::string& name) {
     affine.translation() = Eigen::Map<const Eigen::Vector3d>(p);
     return affine;
   }
-  std::ptrdiff_t shift_at = 3;  // of the parameters, which may be none
+  std::ptrdiff_t shift_at = 3;  // index, since there may be no parameters
   if (kind == "AffineTransform" || kind == "MatrixOffsetTransformBase") {
     require(12, 3);
     affine.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
