@@ -3,6 +3,8 @@
 
 #include "core/number_text.h"
 #include "dicom_series_fixture.h"
+#include "io/dicom_write/dicom_seg_write.h"
+#include "io/dicom_write/dicom_source.h"
 #include "io/labels/label_file.h"
 #include "io/labels/labels_io.h"
 #include "io/scene/label_preset.h"
@@ -37,6 +39,28 @@ TEST_F(DicomDocuments, ALabelMapIsReadBackOnTheSameVoxels) {
     EXPECT_EQ(loaded.segments[0], (SegmentName{2, "a / ? b", {1, 128, 255}, tissue_code()}));
     EXPECT_EQ(loaded.segments[1], (SegmentName{label, "Left kidney", {230, 160, 60}, code_of_name("Left kidney")}));
   }
+}
+
+TEST_F(DicomDocuments, LabelsThatDicomCannotHoldAreRefused) {
+  write_series();
+  const fs::path path = folder / "a.seg.dcm";
+  const auto refusal = [&](const Volume& labels) {
+    const std::string message = error_of([&] {
+      write_dicom_segmentation(path, labels, {}, read_dicom_source(folder / "ct", path), SegmentEncoding::LabelMap);
+    });
+    EXPECT_FALSE(fs::exists(path)) << message;
+    return message;
+  };
+  const VolumeGeometry grid = image().geometry();
+  EXPECT_HAS(refusal(Volume(grid, VoxelType::Int32)), "no voxel is labelled");
+  for (const std::int32_t value : {-3, 65536}) {
+    Volume labels(grid, VoxelType::Int32);
+    labels.voxels<std::int32_t>()[7] = value;
+    EXPECT_HAS(refusal(labels), "a label has the value " + std::to_string(value));
+  }
+  VolumeGeometry other = grid;
+  other.origin_mm[0] += 1;
+  EXPECT_HAS(refusal(Volume(other, VoxelType::Int32)), "different grids");
 }
 
 TEST_F(DicomDocuments, MeasurementsAreAStructuredReportWithItsSegmentation) {
