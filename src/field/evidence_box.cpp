@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "field/coarse_image.h"
 
@@ -41,6 +42,16 @@ VoxelBox box_around_marks(std::span<const Mark> marks, const VolumeGeometry& geo
     high = high.max(centre + extent);
   }
   return with_margin(low, high, margin_share, least_margin, geometry);
+}
+
+double marked_extent(std::span<const Mark> marks) {
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const Mark& mark : marks) {
+    if (mark.kind == MarkKind::Outside) continue;
+    low = low.min(mark.position_mm.array() - mark.radius_mm);
+    high = high.max(mark.position_mm.array() + mark.radius_mm);
+  }
+  return std::max(0.0, (high - low).maxCoeff());
 }
 
 VoxelBox box_around_bounds(const std::array<Eigen::Vector3d, 2>& corners_mm, const VolumeGeometry& geometry,

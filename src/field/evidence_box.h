@@ -17,6 +17,9 @@ namespace simplexseg {
 VoxelBox box_around_marks(std::span<const Mark> marks, const VolumeGeometry& geometry, double margin_share,
                           double least_margin);
 
+/// Largest extent of the inside and boundary marks along an axis of the patient frame, mm.
+double marked_extent(std::span<const Mark> marks);
+
 /// Bounding box of a box in the patient frame (two opposite corners, mm), within the volume, with a margin of
 /// `least_margin` times the smallest spacing.
 VoxelBox box_around_bounds(const std::array<Eigen::Vector3d, 2>& corners_mm, const VolumeGeometry& geometry,

@@ -22,10 +22,12 @@ constexpr int kMostGrowths = 12;
 constexpr double kGrowingTolerance = 0.1;     // of the solver while the box grows
 constexpr double kLeakShare = 0.05;           // share of the object in the cells near the sides of the box
 constexpr double kAlwaysExceeds = 3;          // multiple of max_volume above which an object spreads wherever it grows
+constexpr double kReported = 2;               // multiple above which a complete object is reported as spreading
 constexpr int kMostCutSides = 3;              // sides by which a corner of a box cuts an object
 constexpr double kHalfOffsetCorrections = 4;  // equal corrections with half of the largest offset
 constexpr double kHalfWeightMarks = 10;       // marks with half of the largest temporal weight
 constexpr double kMissedShare = 0.51;         // of 1 - expected Dice of independent cells (Report::expected_dice)
+constexpr double kExtentOfScales = 6;         // extent of the median reference object, object scales
 
 /// Returns true when the object spreads: it is near a side of the box beyond which the volume continues, or near more
 /// of the volume's own sides than an object in a corner of the volume. `near_mm`: largest distance from a side.
@@ -256,8 +258,13 @@ void EvidenceField::record(const FieldSolver::Solved& solved) {
   border_share_ = solved.border_share;
 }
 
+double EvidenceField::ball_mm3() const {
+  const double scale_mm = std::max(scale_mm_, marked_extent(marks_) / kExtentOfScales);
+  return 4 * std::numbers::pi / 3 * std::pow(scale_mm, 3);
+}
+
 bool EvidenceField::exceeds_volume(const VoxelBox& grown) const {
-  const double most_mm3 = settings_.max_volume * 4 * std::numbers::pi / 3 * std::pow(scale_mm_, 3);
+  const double most_mm3 = settings_.max_volume * ball_mm3();
   if (!has_edges_ || object_mm3_ <= most_mm3) return false;
   if (object_mm3_ > kAlwaysExceeds * most_mm3) return true;
   if (grown == box_) return false;
@@ -363,8 +370,15 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
     found = solver_->damp_far_change(new_mark_balls(), settings_.far_change_depths, 1 / (1 + part * part));
   }
   bounds_ = found.bounds;
-  report_.leaks = report_.stopped || (bounds_.voxel_count() > 0 && found.border_share >= kLeakShare &&
-                                      reaches_sides(bounds_, box_, cells_, kNearSide * cells_.spacing_mm.minCoeff()));
+  report_.leaks = report_.stopped || spreads(found.border_share);
+}
+
+bool EvidenceField::spreads(double border_share) const {
+  if (bounds_.voxel_count() == 0) return false;
+  const double near_mm = kNearSide * cells_.spacing_mm.minCoeff();
+  if (border_share >= kLeakShare && reaches_sides(bounds_, box_, cells_, near_mm)) return true;
+  return has_edges_ && object_mm3_ > kReported * settings_.max_volume * ball_mm3() &&
+         !is_thin(object_mm3_, bounds_, cells_.spacing_mm);
 }
 
 Mask EvidenceField::object() const {

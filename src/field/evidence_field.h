@@ -67,7 +67,8 @@ class EvidenceField {
     bool stopped = false;
     /// Whether the object spreads: growth stopped, or the object fills 5% of the cells near the sides of the last box
     /// and is near a side beyond which the volume continues or near four sides of the volume. An object that is cut by
-    /// a corner of the volume is near three.
+    /// a corner of the volume is near three. With edges near the seed, also an object that is not thin and has more
+    /// than twice EvidenceSettings::max_volume balls.
     bool leaks = false;
     BoxSides open_sides;  ///< sides of the volume through which the object continues (cut_sides())
     /// Expected Dice of object(); 0 without an object. It is 1 - 0.51 (1 - e), where e is that of the object before the
@@ -127,6 +128,11 @@ class EvidenceField {
   void record(const FieldSolver::Solved& solved);
   /// Opens the sides of the volume that cut the object. Returns whether there are new ones.
   bool open_cut_sides();
+  /// Whether the final object spreads (Report::leaks). `border_share`: FieldObject.
+  bool spreads(double border_share) const;
+  /// Volume of a ball of the scale that marks and edges suggest, mm3; limits of volumes are multiples of it. That scale
+  /// is the object scale, or a sixth of the extent of the inside marks if this is more.
+  double ball_mm3() const;
   /// Whether the object is too large for its scale, if the box would have to grow to `grown` (Report::stopped).
   bool exceeds_volume(const VoxelBox& grown) const;
 

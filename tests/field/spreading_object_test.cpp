@@ -90,5 +90,50 @@ TEST(SpreadingObject, IsStoppedIfItHasMoreBallsThanTheLimit) {
   EXPECT_GT(whole, 0.95);
 }
 
+TEST(SpreadingObject, IsNotOneWhoseExtentTheUserHasMarked) {
+  const auto ellipsoid = [](const Eigen::Vector3d& p) {
+    const Eigen::Vector3d d = p - Eigen::Vector3d(20, 20, 60);
+    return d.cwiseQuotient(Eigen::Vector3d(12, 12, 46)).norm() <= 1 ? 100.0 : 0.0;
+  };
+  const Scene scene = scene_of(grid_of({41, 41, 121}), ellipsoid, 10);
+  EvidenceSettings settings;
+  settings.max_volume = 1.2;  // the object has 4 balls of its radius, and 1.8 of a sixth of its extent
+  EvidenceField field(scene.image, run_serially(), settings);
+  const Mark seed = inside({20, 20, 60}, 10), above = inside({20, 20, 103}, 2), below = inside({20, 20, 17}, 2);
+  field.update(std::vector{seed});
+  EXPECT_TRUE(field.report().stopped);
+  field.update(std::vector{seed, above, below});
+  EXPECT_FALSE(field.report().stopped);
+  EXPECT_GT(dice(scene.truth, field.object()), 0.95);
+}
+
+TEST(SpreadingObject, IsReportedIfItIsCompleteWithTwiceTheLimit) {
+  const auto ball = [](const Eigen::Vector3d& p) {
+    return (p - Eigen::Vector3d::Constant(30)).norm() <= 12 ? 100.0 : 0.0;
+  };
+  const Scene scene = scene_of(grid_of({61, 61, 61}), ball, 10);
+  const auto report = [&](double max_volume) {
+    EvidenceSettings settings;
+    settings.max_volume = max_volume;
+    settings.margin_share = 1;  // the first box contains the object
+    EvidenceField field(scene.image, run_serially(), settings);
+    field.update(std::vector{inside({30, 30, 30}, 10)});
+    EXPECT_GT(dice(scene.truth, field.object()), 0.95);
+    return field.report();
+  };
+  const EvidenceField::Report reported = report(0.7);  // the object has 1.7 balls
+  EXPECT_TRUE(reported.leaks);
+  EXPECT_FALSE(reported.stopped);
+  EXPECT_FALSE(report(1).leaks);
+}
+
+TEST(MarkedExtent, IsThatOfAllMarksThatAreNotOutside) {
+  Mark boundary = inside({0, 30, 0}, 2), far_outside = inside({500, 0, 0}, 5);
+  boundary.kind = MarkKind::Boundary, far_outside.kind = MarkKind::Outside;
+  EXPECT_EQ(marked_extent(std::vector{far_outside}), 0);
+  EXPECT_EQ(marked_extent(std::vector{inside({1, 2, 3}, 4)}), 8);
+  EXPECT_EQ(marked_extent(std::vector{inside({0, 0, 10}, 4), far_outside, boundary}), 36);
+}
+
 }  // namespace
 }  // namespace simplexseg
