@@ -107,7 +107,7 @@ TEST(SpreadingObject, IsNotOneWhoseExtentTheUserHasMarked) {
   EXPECT_GT(dice(scene.truth, field.object()), 0.95);
 }
 
-TEST(SpreadingObject, IsReportedIfItIsCompleteWithTwiceTheLimit) {
+TEST(SpreadingObject, IsReportedIfItIsCompleteAndFarAboveTheLimit) {
   const auto ball = [](const Eigen::Vector3d& p) {
     return (p - Eigen::Vector3d::Constant(30)).norm() <= 12 ? 100.0 : 0.0;
   };
@@ -121,7 +121,7 @@ TEST(SpreadingObject, IsReportedIfItIsCompleteWithTwiceTheLimit) {
     EXPECT_GT(dice(scene.truth, field.object()), 0.95);
     return field.report();
   };
-  const EvidenceField::Report reported = report(0.7);  // the object has 1.7 balls
+  const EvidenceField::Report reported = report(0.6);  // the object has 1.7 balls
   EXPECT_TRUE(reported.leaks);
   EXPECT_FALSE(reported.stopped);
   EXPECT_FALSE(report(1).leaks);
