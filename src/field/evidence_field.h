@@ -68,7 +68,7 @@ class EvidenceField {
     /// Whether the object spreads: growth stopped, or the object fills 5% of the cells near the sides of the last box
     /// and is near a side beyond which the volume continues or near four sides of the volume. An object that is cut by
     /// a corner of the volume is near three. With edges near the seed, also an object that is not thin and has more
-    /// than twice EvidenceSettings::max_volume balls.
+    /// than 2.5 times EvidenceSettings::max_volume balls.
     bool leaks = false;
     BoxSides open_sides;  ///< sides of the volume through which the object continues (cut_sides())
     /// Expected Dice of object(); 0 without an object. It is 1 - 0.51 (1 - e), where e is that of the object before the
