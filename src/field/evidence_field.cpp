@@ -370,15 +370,16 @@ void EvidenceField::update(std::span<const Mark> marks, std::span<const Mark> ot
     found = solver_->damp_far_change(new_mark_balls(), settings_.far_change_depths, 1 / (1 + part * part));
   }
   bounds_ = found.bounds;
-  report_.leaks = report_.stopped || spreads(found.border_share);
+  report_.leaks = report_.stopped || spreads(found);
 }
 
-bool EvidenceField::spreads(double border_share) const {
-  if (bounds_.voxel_count() == 0) return false;
+bool EvidenceField::spreads(const FieldSolver::Solved& found) const {
+  if (found.count == 0) return false;
   const double near_mm = kNearSide * cells_.spacing_mm.minCoeff();
-  if (border_share >= kLeakShare && reaches_sides(bounds_, box_, cells_, near_mm)) return true;
-  return has_edges_ && object_mm3_ > kReported * settings_.max_volume * ball_mm3() &&
-         !is_thin(object_mm3_, bounds_, cells_.spacing_mm);
+  if (found.border_share >= kLeakShare && reaches_sides(found.bounds, box_, cells_, near_mm)) return true;
+  const double mm3 = static_cast<double>(found.count) * cells_.spacing_mm.prod();
+  return has_edges_ && mm3 > kReported * settings_.max_volume * ball_mm3() &&
+         !is_thin(mm3, found.bounds, cells_.spacing_mm);
 }
 
 Mask EvidenceField::object() const {

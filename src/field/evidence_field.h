@@ -128,8 +128,8 @@ class EvidenceField {
   void record(const FieldSolver::Solved& solved);
   /// Opens the sides of the volume that cut the object. Returns whether there are new ones.
   bool open_cut_sides();
-  /// Whether the final object spreads (Report::leaks). `border_share`: FieldObject.
-  bool spreads(double border_share) const;
+  /// Whether the final object spreads (Report::leaks).
+  bool spreads(const FieldSolver::Solved& found) const;
   /// Volume of a ball of the scale that marks and edges suggest, mm3; limits of volumes are multiples of it. That scale
   /// is the object scale, or a sixth of the extent of the inside marks if this is more.
   double ball_mm3() const;
