@@ -60,7 +60,7 @@ class EvidenceField {
     double shape_prior_share = 0;  ///< ShapePrior::share; 0: there is no shape prior
     double beta = 0;               ///< sharpness of the conductances
     /// Whether growth stopped because the object spread, which thin objects (is_thin()) never do. Either its volume was
-    /// constant in an earlier box (VolumeInBoxes), or it exceeded EvidenceSettings::max_volume balls of its scale and
+    /// constant in an earlier box (VolumeInBoxes), or it exceeded EvidenceSettings::max_volume balls (ball_mm3()) and
     /// filled 5% of the cells near the sides of the box or was near four sides, or it exceeded three times that. A seed
     /// without edges nearby (SeedScale::has_edges) sets no limit to the volume. The field is that of the box before the
     /// object spread, which later marks may enlarge.
@@ -68,7 +68,7 @@ class EvidenceField {
     /// Whether the object spreads: growth stopped, or the object fills 5% of the cells near the sides of the last box
     /// and is near a side beyond which the volume continues or near four sides of the volume. An object that is cut by
     /// a corner of the volume is near three. With edges near the seed, also an object that is not thin and has more
-    /// than 2.5 times EvidenceSettings::max_volume balls.
+    /// than 2.5 times as many balls.
     bool leaks = false;
     BoxSides open_sides;  ///< sides of the volume through which the object continues (cut_sides())
     /// Expected Dice of object(); 0 without an object. It is 1 - 0.51 (1 - e), where e is that of the object before the

@@ -48,8 +48,9 @@ struct EvidenceSettings {
   // ---- Box: margin around the marks, the larger of a share of their extent and of a number of voxels
   double margin_share = 0.5;
   double least_margin = 10;
-  /// Largest volume of an object that fills or nears the sides of the box, in balls of the object scale; growth then
-  /// stops. Of 97 reference objects (docs/results/clinical-size.md), 85% have less than 12.
+  /// Largest volume of an object that fills or nears the sides of the box, in balls of the object scale, or of a sixth
+  /// of the extent of the inside marks if this is larger; growth then stops. Of 97 reference objects
+  /// (docs/results/clinical-size.md), 85% have less than 12.
   double max_volume = 16;
   bool open_cut_sides = true;  ///< whether sides of the volume that cut the object have no constraint
   double max_cells = 2.2e6;    ///< largest number of cells of a box; larger boxes have larger cells
