@@ -12,11 +12,18 @@
 namespace simplexseg {
 namespace {
 
+constexpr std::size_t kMostSamples = 1'000'000;  // voxels of which statistics are computed
+
+/// Distance of the samples among `count` voxels. It is odd, thus coprime to row lengths that are powers of two, so that
+/// the samples fall into all columns.
+std::size_t sample_stride(std::size_t count) { return std::max<std::size_t>(1, count / kMostSamples | 1); }
+
 /// q-quantile of the values, 0 <= q <= 1. Reorders them.
-double quantile_of(std::vector<double>& values, double q) {
+template <class T>
+double quantile_of(std::vector<T>& values, double q) {
   auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return static_cast<double>(*at);
 }
 
 /// Smallest width of an intensity range that exceeds rounding errors. It is relative to the intensities, since their
@@ -43,8 +50,7 @@ IntensityWindow intensity_window(const Volume& volume) {
   if (volume.empty()) return window;
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    // An odd stride is coprime to row lengths that are powers of two, so that the samples fall into all columns.
-    const std::size_t stride = std::max<std::size_t>(1, voxels.size() / 1'000'000 | 1);
+    const std::size_t stride = sample_stride(voxels.size());
     std::vector<double> values;
     values.reserve(voxels.size() / stride + 1);
     for (std::size_t k = 0; k < voxels.size(); k += stride)
@@ -64,7 +70,6 @@ IntensityWindow intensity_window(const Volume& volume) {
 RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, double margin_mm) {
   RegionModel model;
   if (volume.empty()) return model;
-  const Mask inside = rasterise(mesh, volume.geometry());
   const VolumeGeometry& g = volume.geometry();
   // Bounding box of the mesh in index space, enlarged by the margin. Voxels outside this box are ignored.
   Eigen::Array3d box_low = Eigen::Array3d::Constant(1e30), box_high = -box_low;
@@ -74,29 +79,33 @@ RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, doubl
     box_low = box_low.min(q), box_high = box_high.max(q);
   }
   const Eigen::Array3d grow = margin_mm / g.spacing_mm.array();
-  int first[3], last[3];
+  int first[3];
+  VolumeGeometry box = g;
   for (int k = 0; k < 3; ++k) {
     first[k] = static_cast<int>(std::clamp(std::floor(box_low[k] - grow[k]), 0.0, g.size[k] - 1.0));
-    last[k] = static_cast<int>(std::clamp(std::ceil(box_high[k] + grow[k]), 0.0, g.size[k] - 1.0));
+    const int last = static_cast<int>(std::clamp(std::ceil(box_high[k] + grow[k]), 0.0, g.size[k] - 1.0));
+    box.size[k] = last - first[k] + 1;
   }
-  std::vector<double> object, background;
+  box.origin_mm = g.world_from_index() * Eigen::Vector3d(first[0], first[1], first[2]);
+  const Mask inside = rasterise(mesh, box);
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    for (int k = first[2]; k <= last[2]; ++k)
-      for (int j = first[1]; j <= last[1]; ++j)
-        for (int i = first[0]; i <= last[0]; ++i) {
-          const std::size_t at = volume.offset(i, j, k);
-          const double value = static_cast<double>(voxels[at]);
-          if (std::isfinite(value)) (inside.voxels[at] ? object : background).push_back(value);
-        }
+    std::vector<T> object, background;
+    const std::size_t row = box.size[0], rows = box.size[1], stride = sample_stride(inside.voxels.size());
+    for (std::size_t n = 0; n < inside.voxels.size(); n += stride) {
+      const T value =
+          voxels[volume.offset(first[0] + static_cast<int>(n % row), first[1] + static_cast<int>(n / row % rows),
+                               first[2] + static_cast<int>(n / row / rows))];
+      if (std::isfinite(static_cast<double>(value))) (inside.voxels[n] ? object : background).push_back(value);
+    }
+    if (object.empty() || background.empty()) return;
+    const double low = std::min(quantile_of(object, 0.02), quantile_of(background, 0.1));
+    const double high = std::max(quantile_of(object, 0.98), quantile_of(background, 0.9));
+    const double margin = std::max(0.25 * (high - low), min_width(low, high));
+    model.low = low - margin, model.high = high + margin;
+    for (const T value : object) ++model.object[bin_of(static_cast<double>(value), model)];
+    for (const T value : background) ++model.background[bin_of(static_cast<double>(value), model)];
   });
-  if (object.empty() || background.empty()) return model;
-  const double low = std::min(quantile_of(object, 0.02), quantile_of(background, 0.1));
-  const double high = std::max(quantile_of(object, 0.98), quantile_of(background, 0.9));
-  const double margin = std::max(0.25 * (high - low), min_width(low, high));
-  model.low = low - margin, model.high = high + margin;
-  for (double value : object) ++model.object[bin_of(value, model)];
-  for (double value : background) ++model.background[bin_of(value, model)];
   return model;
 }
 
