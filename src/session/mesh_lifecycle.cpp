@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/mesh_lifecycle.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "core/expect.h"
 #include "forces/force_list.h"
@@ -17,12 +19,21 @@ namespace {
 
 /// Margin of the background region around the bounding box of the mesh, in radii of the seed.
 constexpr double kBackgroundRadii = 2;
+/// Number of steps since something acted on a mesh from which on the tolerance of its motion grows.
+constexpr float kPatientSteps = 1000;
 
 RegionModel region_of(const MeshItem& item, const Volume& volume) {
   return estimate_region(volume, item.mesh, kBackgroundRadii * item.seed.radius_mm);
 }
 
 float edge_of(const SimplexMesh& mesh) { return mean_edge_mm(mesh.positions, mesh.neighbours); }
+
+/// Largest mean motion of a settled mesh, mm per step. Vertices whose targets alternate between positions never stop,
+/// so the tolerance grows with the steps since something acted on the mesh.
+float rest_tolerance_mm(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  const float patience = std::max(1.0f, static_cast<float>(item.sleep.awake_steps) / kPatientSteps);
+  return patience * static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
+}
 
 /// Sphere of the seed with the number of vertices of the first level.
 SimplexMesh sphere_of(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
@@ -154,7 +165,7 @@ ForceParameters active_parameters(const MeshItem& item, const Volume& volume) {
 LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
                        float mean_move_mm, float mean_edge_mm) {
   if (item.locked || item.sleep.asleep) return LevelState::Settled;
-  const bool settled = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
+  const bool settled = mean_move_mm < rest_tolerance_mm(item, simulation, volume);
   if (waits_for_field(item, volume))
     return settled || item.field || item.cancelled ? LevelState::Settled : LevelState::Moving;
   if (item.has_field() && item.field->is_preliminary() && uses_field(item, volume))

@@ -92,6 +92,7 @@ struct FieldFit {
 struct SleepState {
   bool asleep = false;
   int settled_steps = 0;     ///< number of steps since something acted on it or a check found it moving
+  int awake_steps = 0;       ///< number of steps since something acted on it
   std::uint64_t inputs = 0;  ///< input_digest() at the last command or when it fell asleep; 0: not computed
 };
 

@@ -393,7 +393,7 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, const InBackground
       if (item.sleep.asleep || last_.steps == 0) continue;
       stale_poses_[k] = 1;
       item.steps_at_level += last_.steps;
-      item.sleep.settled_steps += last_.steps;
+      item.sleep.settled_steps += last_.steps, item.sleep.awake_steps += last_.steps;
     }
     steps_since_read_ += last_.steps;
     result.steps += last_.steps;

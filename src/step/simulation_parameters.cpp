@@ -47,7 +47,8 @@ constexpr struct {
      {"steps_per_level", 60, 1, 100000, "steps", "Steps after which a mesh is refined, unless it settles earlier.",
       ParameterKind::Integer}},
     {&SimulationParameters::rest_tolerance_voxels,
-     {"rest_tolerance", 0.002f, 0, 1, "voxel", "Mean motion in a step below which a mesh counts as settled."}},
+     {"rest_tolerance", 0.002f, 0, 1, "voxel",
+      "Mean motion in a step below which a mesh counts as settled; it increases after 1000 steps."}},
     {&SimulationParameters::frame_budget_ms,
      {"frame_budget", 8, 1, 200, "ms", "Minimum time for the simulation in each frame of the window."}},
 };

@@ -37,6 +37,22 @@ TEST(MeshLifecycle, AMeshMovesSettlesOrIsRefined) {
   EXPECT_EQ(state(coarse, 0.001f), LevelState::Settled) << "its edges are as long as voxels";
 }
 
+TEST(MeshLifecycle, TheToleranceOfTheMotionGrowsWithTheSteps) {
+  SimulationParameters simulation = default_simulation_parameters();
+  simulation.rest_tolerance_voxels = 0.01f, simulation.final_vertices = 320, simulation.finest_edge = 0;
+  MeshItem item = ball(2);
+  const auto state = [&](int steps, float move_mm) {
+    item.sleep.awake_steps = steps;
+    return level_state(item, simulation, Volume(), move_mm, 3.0f);
+  };
+  EXPECT_EQ(state(999, 0.0101f), LevelState::Moving);
+  EXPECT_EQ(state(999, 0.0099f), LevelState::Settled);
+  EXPECT_EQ(state(2900, 0.03f), LevelState::Moving);
+  EXPECT_EQ(state(3100, 0.03f), LevelState::Settled);
+  simulation.rest_tolerance_voxels = 0;
+  EXPECT_EQ(state(1'000'000, 0.03f), LevelState::Moving) << "no tolerance";
+}
+
 TEST(MeshLifecycle, AMeshWithAPoseIsCompleted) {
   const SimulationParameters simulation = default_simulation_parameters();
   MeshItem item = ball(1);

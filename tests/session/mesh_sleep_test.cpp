@@ -41,6 +41,23 @@ TEST(MeshSleep, SettledMeshesAreNotStepped) {
   EXPECT_GT(session->last_outcome().mean_edge_mm[0], 0);
 }
 
+TEST(MeshSleep, AMeshThatNeverStopsFallsAsleepAfterManySteps) {
+  Session session(make_cpu_engine(1));
+  session.open(two_balls(), ball_image());
+  session.apply(SetSimulationParameter{simulation_index("solver"), 1});   // verlet
+  session.apply(SetSimulationParameter{simulation_index("damping"), 0});  // oscillates about its targets
+  session.advance_steps(2500);
+  ASSERT_FALSE(asleep(session, 0) || asleep(session, 1));
+  const float voxel_mm = static_cast<float>(session.volume().geometry().spacing_mm.minCoeff());
+  const auto& move_mm = session.last_outcome().mean_move_mm;
+  // The tolerance grows from half of the motion to twice the motion in 4,000 steps.
+  session.apply(SetSimulationParameter{simulation_index("rest_tolerance"), 0.5f * move_mm[0] / voxel_mm});
+  EXPECT_FALSE(session.advance_steps(1000, true).at_rest);
+  const Advance rest = session.advance_steps(8000, true);
+  EXPECT_TRUE(rest.at_rest);
+  EXPECT_GT(rest.steps, 200);
+}
+
 TEST(MeshSleep, ACommandWakesOnlyTheMeshesOnWhichItActs) {
   const auto session = open_and_settle();
   const Positions other = mesh(*session, 1).mesh.positions, own = mesh(*session, 0).mesh.positions;

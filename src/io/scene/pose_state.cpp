@@ -187,7 +187,7 @@ std::string pose_state_bytes(const MeshItem& item) {
   }
   state["rebuilt"] = item.rebuilt;
   state["asleep"] = item.sleep.asleep, state["settled_steps"] = item.sleep.settled_steps;
-  state["inputs"] = item.sleep.inputs;
+  state["awake_steps"] = item.sleep.awake_steps, state["inputs"] = item.sleep.inputs;
   std::string bytes;
   json::to_cbor(state, bytes);
   return bytes;
@@ -235,9 +235,9 @@ void restore_pose_state(const std::string& file, const std::string& bytes, MeshI
       fit = {field, state.at("field_disagreement").get<int>(), state.at("field_settled").get<bool>()};
 
     // Files of earlier versions contain no state of sleep.
-    const SleepState sleep{state.value("asleep", false), state.value("settled_steps", 0),
+    const SleepState sleep{state.value("asleep", false), state.value("settled_steps", 0), state.value("awake_steps", 0),
                            state.value("inputs", std::uint64_t{0})};
-    expect(sleep.settled_steps >= 0, "'settled_steps' is negative");
+    expect(sleep.settled_steps >= 0 && sleep.awake_steps >= 0, "a number of steps is negative");
 
     item.field = field, item.fit = fit, item.rebuilt = state.value("rebuilt", false), item.sleep = sleep;
     item.solver = solver;
