@@ -12,11 +12,15 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMostSamples = 1'000'000;  // voxels of which statistics are computed
+constexpr std::size_t kSamples = 1'000'000;  // about as many of more voxels, at most two million
 
-/// Distance of the samples among `count` voxels. It is odd, thus coprime to row lengths that are powers of two, so that
-/// the samples fall into all columns.
-std::size_t sample_stride(std::size_t count) { return std::max<std::size_t>(1, count / kMostSamples | 1); }
+/// Distance of the samples among `count` voxels. It is odd, thus coprime to row lengths that are powers of two, and
+/// coprime to the length of `row` voxels, so that the samples fall into all columns.
+std::size_t sample_stride(std::size_t count, std::size_t row = 1) {
+  std::size_t stride = std::max<std::size_t>(1, count / kSamples | 1);
+  while (std::gcd(stride, row) > 1) stride += 2;
+  return stride;
+}
 
 /// q-quantile of the values, 0 <= q <= 1. Reorders them.
 template <class T>
@@ -69,7 +73,7 @@ IntensityWindow intensity_window(const Volume& volume) {
 
 RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, double margin_mm) {
   RegionModel model;
-  if (volume.empty()) return model;
+  if (volume.empty() || mesh.positions.empty()) return model;
   const VolumeGeometry& g = volume.geometry();
   // Bounding box of the mesh in index space, enlarged by the margin. Voxels outside this box are ignored.
   Eigen::Array3d box_low = Eigen::Array3d::Constant(1e30), box_high = -box_low;
@@ -91,12 +95,18 @@ RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, doubl
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
     std::vector<T> object, background;
-    const std::size_t row = box.size[0], rows = box.size[1], stride = sample_stride(inside.voxels.size());
-    for (std::size_t n = 0; n < inside.voxels.size(); n += stride) {
+    const std::size_t row = box.size[0], rows = box.size[1], count = inside.voxels.size();
+    const std::size_t in_mesh = std::ranges::count(inside.voxels, std::uint8_t{1});
+    const std::size_t strides[]{sample_stride(count - in_mesh, row), sample_stride(in_mesh, row)};
+    std::size_t until_next[]{0, 0};  // number of voxels until the next sample
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::uint8_t in = inside.voxels[n];
+      if (until_next[in]-- > 0) continue;
+      until_next[in] = strides[in] - 1;
       const T value =
           voxels[volume.offset(first[0] + static_cast<int>(n % row), first[1] + static_cast<int>(n / row % rows),
                                first[2] + static_cast<int>(n / row / rows))];
-      if (std::isfinite(static_cast<double>(value))) (inside.voxels[n] ? object : background).push_back(value);
+      if (std::isfinite(static_cast<double>(value))) (in != 0 ? object : background).push_back(value);
     }
     if (object.empty() || background.empty()) return;
     const double low = std::min(quantile_of(object, 0.02), quantile_of(background, 0.1));

@@ -29,8 +29,8 @@ IntensityWindow intensity_window(const Volume& volume);
 
 /// Estimates the region model of a mesh. Object: voxels inside the mesh. Background: voxels outside the mesh, in its
 /// bounding box enlarged by `margin_mm`. The bins span the central quantiles of both and a margin, so that extreme
-/// values such as metal or air do not reduce the resolution. Uses at most two million voxels, at a constant stride. The
-/// model is empty if either has no finite voxel.
+/// values such as metal or air do not reduce the resolution. Uses at most two million voxels of each, at a constant
+/// stride. The model is empty if the mesh is, or if either has no finite voxel among these.
 RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, double margin_mm);
 
 /// Log-likelihood ratio ln(p_object / p_background) of each bin from smoothed histograms, clamped to [-1, 1]; 0 in all

@@ -9,6 +9,7 @@
 #include "session/engine_scene.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
+#include "session/mesh_sleep.h"
 #include "session/paint.h"
 #include "session/session.h"
 #include "session/step_messages.h"
@@ -60,16 +61,17 @@ void Session::attach_field(MeshItem& item, std::shared_ptr<const MeshField> fiel
   field = painted_field(std::move(field), paint_of(scene_, item.id), volume_.geometry());
   const bool waited_for_field = waits_for_field(item, volume_);
   std::shared_ptr<const MeshField> before = std::exchange(item.field, std::move(field));
+  const SleepState sleep = std::exchange(item.sleep, SleepState{false, 0, 0, input_digest(item, scene_, volume_)});
+  const int steps_at_level = item.steps_at_level;
+  if (before && before->is_preliminary()) item.steps_at_level = 0;
   try {
     set_engine_field(&item - scene_.meshes.data());
     if (waited_for_field) set_engine_parameters();
-    if (before && before->is_preliminary()) item.steps_at_level = 0;
-    item.sleep = {};
     set_engine_asleep();
   } catch (const DeviceError& failure) {
     fail_over(failure);  // loads the whole scene
   } catch (...) {
-    item.field = std::move(before);
+    item.field = std::move(before), item.sleep = sleep, item.steps_at_level = steps_at_level;
     throw;
   }
 }

@@ -96,6 +96,24 @@ TEST(MeshSleep, WhatWakesAMesh) {
   EXPECT_TRUE(asleep(*session, 0) && asleep(*session, 1));
 }
 
+TEST(MeshSleep, ACommandOnAnotherMeshKeepsTheCountOfSteps) {
+  Scene scene = two_balls();
+  set(scene.meshes[0].parameters, {"evidence", "source", 0});
+  Session session(make_cpu_engine(1));
+  session.open(std::move(scene), ball_image());
+  session.advance_steps(35);
+  const auto steps = [&] { return session.scene_without_poses().meshes.at(0).sleep.awake_steps; };
+  ASSERT_TRUE(session.scene_without_poses().meshes.at(0).field);
+  EXPECT_EQ(steps(), 35);
+  session.apply(AddPoint{2, {22, 0, 0}, MarkKind::Boundary});
+  EXPECT_EQ(steps(), 35) << "it acts on the other mesh";
+  Session again(make_cpu_engine(1));
+  again.open(session.scene(), ball_image());
+  EXPECT_EQ(again.scene_without_poses().meshes.at(0).sleep.awake_steps, 35);
+  session.apply(SetForceParameter{1, ForceId::Smoothing, 0, 5});
+  EXPECT_EQ(steps(), 0);
+}
+
 TEST(MeshSleep, AnUndoRestoresIt) {
   const auto session = open_and_settle();
   const Positions settled = mesh(*session, 0).mesh.positions;
