@@ -12,11 +12,11 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kSamples = 1'000'000;  // about as many of more voxels, at most two million
+constexpr std::size_t kSamples = 1'000'000;  // approximate number for more than twice as many voxels; else all are used
 
 /// Distance of the samples among `count` voxels. It is odd, thus coprime to row lengths that are powers of two, and
 /// coprime to the length of `row` voxels, so that the samples fall into all columns.
-std::size_t sample_stride(std::size_t count, std::size_t row = 1) {
+std::size_t sample_stride(std::size_t count, std::size_t row) {
   std::size_t stride = std::max<std::size_t>(1, count / kSamples | 1);
   while (std::gcd(stride, row) > 1) stride += 2;
   return stride;
@@ -54,7 +54,7 @@ IntensityWindow intensity_window(const Volume& volume) {
   if (volume.empty()) return window;
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    const std::size_t stride = sample_stride(voxels.size());
+    const std::size_t stride = sample_stride(voxels.size(), volume.geometry().size[0]);
     std::vector<double> values;
     values.reserve(voxels.size() / stride + 1);
     for (std::size_t k = 0; k < voxels.size(); k += stride)

@@ -25,7 +25,7 @@ std::uint64_t input_digest(const MeshItem& item, const Scene& scene, const Volum
 void wake_changed_meshes(Scene& scene, const Volume& volume) {
   for (MeshItem& item : scene.meshes)
     if (const std::uint64_t inputs = input_digest(item, scene, volume); inputs != item.sleep.inputs)
-      item.sleep = {false, 0, 0, inputs};
+      item.sleep = {.inputs = inputs};
 }
 
 std::vector<char> sleeping_meshes(const Scene& scene) {

@@ -61,7 +61,7 @@ void Session::attach_field(MeshItem& item, std::shared_ptr<const MeshField> fiel
   field = painted_field(std::move(field), paint_of(scene_, item.id), volume_.geometry());
   const bool waited_for_field = waits_for_field(item, volume_);
   std::shared_ptr<const MeshField> before = std::exchange(item.field, std::move(field));
-  const SleepState sleep = std::exchange(item.sleep, SleepState{false, 0, 0, input_digest(item, scene_, volume_)});
+  const SleepState sleep = std::exchange(item.sleep, SleepState{.inputs = input_digest(item, scene_, volume_)});
   const int steps_at_level = item.steps_at_level;
   if (before && before->is_preliminary()) item.steps_at_level = 0;
   try {

@@ -167,7 +167,8 @@ void Session::put_settled_meshes_to_sleep() {
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
     if (may_sleep_[k] == 0 || item.sleep.settled_steps < kMinSettledSteps || is_comparing(item.id)) continue;
-    if (state_at_level(k) == LevelState::Settled) item.sleep = {true, 0, 0, input_digest(item, scene_, volume_)};
+    if (state_at_level(k) == LevelState::Settled)
+      item.sleep = {.asleep = true, .inputs = input_digest(item, scene_, volume_)};
   }
   may_sleep_.clear();
   set_engine_asleep();
